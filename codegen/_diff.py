@@ -16,7 +16,7 @@ from codegen.files import is_regular
 from . import options
 
 if TYPE_CHECKING:
-    from codegen._idl.changes import Change, Refusal
+    from codegen._idl.changes import DefinitionChange, Refusal
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
 
@@ -86,7 +86,7 @@ def _files(path: Path) -> list[Path]:
     return found
 
 
-def _as_text(changes: Sequence[Change], refused: Sequence[Refusal]) -> str:
+def _as_text(changes: Sequence[DefinitionChange], refused: Sequence[Refusal]) -> str:
     lines = [
         f"{change.location.path}:{change.location.line}:{change.location.column}: "
         f"{'breaking' if change.breaking else 'compatible'}: {change}"
@@ -98,7 +98,7 @@ def _as_text(changes: Sequence[Change], refused: Sequence[Refusal]) -> str:
     return "\n".join(lines)
 
 
-def _as_json(changes: Sequence[Change], refused: Sequence[Refusal]) -> str:
+def _as_json(changes: Sequence[DefinitionChange], refused: Sequence[Refusal]) -> str:
     """Return the changes as a JSON object, with the interfaces at which programs refuse each other."""
     listed = [
         {

@@ -114,7 +114,7 @@ def main(component: type[Component]) -> NoReturn:
 
 
 @dataclass(frozen=True)
-class World:
+class ComponentWorld:
     """A component's world: the communicator of its proxies, a function that connects them, its runtime."""
 
     communicator: Communicator
@@ -124,7 +124,7 @@ class World:
 
 def make_app(
     component: type[Component],
-    dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None,
+    dry_run: Callable[[Communicator], AbstractContextManager[ComponentWorld]] | None = None,
     *,
     lean: bool = False,
 ) -> typer.Typer:
@@ -182,7 +182,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
                 kinds = kinds_of(component) | {name: kind_of(name) for name in asked}
                 opened = (each.opened(component, settings, of_kinds) for each in kinds.values())
                 ends += map(stack.enter_context, opened)
-                world = World(communicator, partial(_connect, communicator, ends))
+                world = ComponentWorld(communicator, partial(_connect, communicator, ends))
                 connect_proxies(made, communicator, patience)
             else:
                 world = stack.enter_context(dry_run(communicator))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import JointCommand
 from naoserver.bodies.parts import MotorHeat, Play
-from naoserver_sim._share import ALONE, Part, Share
+from naoserver_sim._share import ALONE, RobotData, Share
 
 Array = NDArray[np.float64]
 
@@ -178,7 +178,7 @@ class Motors:
             self._sort()
             self._apply()
 
-    def limit(self, data: Part) -> None:
+    def limit(self, data: RobotData) -> None:
         """Limit the torques of motors of `following` by range and speed, before each step of the physics."""
         if not (motors := self.following).size:
             return

@@ -69,7 +69,7 @@ def move_in(
                 getattr(whole, array)[mujoco.mj_name2id(whole, kind, share.prefix + name)] = values
 
 
-class Part:
+class RobotData:
     """The state of a robot: views of its share of MuJoCo's arrays, of the same names."""
 
     def __init__(self, data: mujoco.MjData, share: Share) -> None:

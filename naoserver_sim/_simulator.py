@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from naoserver.bodies.parts import MotorHeat
 from naoserver.errors import RobotError
 from naoserver_sim._motors import Array, Gears, Motors, SetpointController
-from naoserver_sim._share import ALONE, Part, Share
+from naoserver_sim._share import ALONE, RobotData, Share
 from naoserver_sim._stepper import STEPS_PER_TICK, Stepper
 from zenoh_ice import Clock, VirtualClock
 from zenoh_ice.data.text import sentence
@@ -70,7 +70,7 @@ class Physics:
         """Simulated seconds since the start."""
         self._ticks = 0
         self._simulators: list[Simulator] = []
-        self._motors: list[tuple[Motors, Part]] = []
+        self._motors: list[tuple[Motors, RobotData]] = []
         self._stepper = Stepper(mj, data, self._motors)
         self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]  # a view
 
@@ -126,7 +126,7 @@ class Simulator:
     ) -> None:
         self.physics: Final = physics
         self.mj: Final = mj or physics.mj
-        self.data: Final = Part(physics.data, share)
+        self.data: Final = RobotData(physics.data, share)
         self._share = share
         self.setpoints: Final = setpoints
         self.motors: Final = Motors(self.mj, heat, whole=physics.mj, share=share)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from naoserver_sim._motors import Motors
-from naoserver_sim._share import Part
+from naoserver_sim._share import RobotData
 
 STEPS_PER_TICK: Final = 4
 """Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
@@ -38,7 +38,7 @@ class Stepper:
     """
 
     def __init__(
-        self, mj: mujoco.MjModel, data: mujoco.MjData, motors: Sequence[tuple[Motors, Part]]
+        self, mj: mujoco.MjModel, data: mujoco.MjData, motors: Sequence[tuple[Motors, RobotData]]
     ) -> None:
         """`motors` are those of each robot, with its state; more may be added."""
         self._mj = mj

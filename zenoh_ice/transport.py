@@ -24,9 +24,9 @@ from zenoh_ice.data.wire import (
     unknown_exception,
 )
 from zenoh_ice.threads.clock import WALL, Clock
-from zenoh_ice.threads.pool import Job, Kind
+from zenoh_ice.threads.pool import Job, JobKind
 
-_REFUSALS: Final = Kind()
+_REFUSALS: Final = JobKind()
 
 _logger = logging.getLogger(__name__)
 

@@ -20,7 +20,7 @@ _NOT_SENT: Final = (ast.Constant,)
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class DefinitionChange:
     """A change of a definition, or of a `member` of one: an operation, member or enumerator.
 
     A change is `breaking` if it changes the canonical form of interfaces that use the definition, or if the
@@ -75,20 +75,20 @@ def refusals(before: Definitions, after: Definitions) -> Iterator[Refusal]:
                 yield Refusal(name, own, other)
 
 
-def changes(before: Definitions, after: Definitions) -> Iterator[Change]:
+def changes(before: Definitions, after: Definitions) -> Iterator[DefinitionChange]:
     """Yield what differs in two versions, by the names of definitions."""
     for name in sorted(before.keys() | after.keys()):
         old, new = before.get(name), after.get(name)
         if old is None:
             assert new is not None
-            yield Change("added", False, new.token.location, name, new.kind)
+            yield DefinitionChange("added", False, new.token.location, name, new.kind)
         elif new is None:
-            yield Change("removed", True, old.token.location, name, old.kind)
+            yield DefinitionChange("removed", True, old.token.location, name, old.kind)
         else:
             yield from _changes(old, new)
 
 
-def _changes(old: ast.Definition, new: ast.Definition) -> Iterator[Change]:
+def _changes(old: ast.Definition, new: ast.Definition) -> Iterator[DefinitionChange]:
     """Yield the changes of a definition that both versions have."""
     name, breaking = new.scoped, not isinstance(new, _NOT_SENT)
     own, other = canonical_members(old), canonical_members(new)
@@ -101,7 +101,9 @@ def _changes(old: ast.Definition, new: ast.Definition) -> Iterator[Change]:
         member = members.get(key)
         what, short = (member.kind, member.name) if member else (new.kind, "")
         place = (member or new).token.location
-        found = partial(Change, breaking=breaking, location=place, definition=name, what=what, member=short)
+        found = partial(
+            DefinitionChange, breaking=breaking, location=place, definition=name, what=what, member=short
+        )
         if key in renamed:
             yield found("renamed", before=short, after=members[renamed[key]].name)
         elif key not in other:
@@ -126,7 +128,7 @@ def _renamed(own: Mapping[str, str], other: Mapping[str, str]) -> dict[str, str]
     return {key: found[0] for key, found in pairs.items() if len(found) == 1 == taken.count(found[0])}
 
 
-def _described(old: ast.Definition, new: ast.Definition) -> Iterator[Change]:
+def _described(old: ast.Definition, new: ast.Definition) -> Iterator[DefinitionChange]:
     """Yield what differs in two definitions that are equal on the wire."""
     own, other = ({**schema_entry(each, ""), "fingerprint": ""} for each in (old, new))
     if own == other:
@@ -134,7 +136,7 @@ def _described(old: ast.Definition, new: ast.Definition) -> Iterator[Change]:
     message = "its description changed"
     if _without_docs(own) != _without_docs(other):
         message = "the order, default values or names of types changed, which are not sent"
-    yield Change("described", False, new.token.location, new.scoped, new.kind, after=message)
+    yield DefinitionChange("described", False, new.token.location, new.scoped, new.kind, after=message)
 
 
 def _without_docs(value: Any) -> Any:  # noqa: ANN401 - data for JSON

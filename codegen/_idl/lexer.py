@@ -20,7 +20,7 @@ KEYWORDS = frozenset(
 )
 
 
-class Kind(Enum):
+class TokenKind(Enum):
     """The kind of a token; the values are names of groups in the regular expression."""
 
     NAME = "name"
@@ -68,7 +68,9 @@ class Token:
 
     __slots__ = ("doc", "escaped", "kind", "offset", "source", "text", "trailing_doc")
 
-    def __init__(self, kind: Kind, text: str, source: Source, offset: int, doc: str | None = None) -> None:
+    def __init__(
+        self, kind: TokenKind, text: str, source: Source, offset: int, doc: str | None = None
+    ) -> None:
         self.kind = kind
         self.text = text
         self.source = source
@@ -118,19 +120,21 @@ def _tokenize(source: Source) -> list[Token]:
             continue
         if tokens:
             tokens[-1].trailing_doc = _joined(trailing)
-        kind = Kind.KEYWORD if word in KEYWORDS else Kind(group)
+        kind = TokenKind.KEYWORD if word in KEYWORDS else TokenKind(group)
         token = Token(kind, word, source, match.start(), _joined(doc))
         doc, trailing = [], []
-        if kind is Kind.NAME and word[0] == "\\":
+        if kind is TokenKind.NAME and word[0] == "\\":
             token.text = word[1:]
             token.escaped = True
-        elif kind is Kind.DIRECTIVE and tokens and tokens[-1].offset > text.rfind("\n", 0, match.start()):
-            token.kind = Kind.INVALID
+        elif (
+            kind is TokenKind.DIRECTIVE and tokens and tokens[-1].offset > text.rfind("\n", 0, match.start())
+        ):
+            token.kind = TokenKind.INVALID
             token.text = "#"
         tokens.append(token)
     if tokens:
         tokens[-1].trailing_doc = _joined(trailing)
-    tokens.append(Token(Kind.END, "", source, len(text)))
+    tokens.append(Token(TokenKind.END, "", source, len(text)))
     return tokens
 
 

@@ -8,8 +8,8 @@ from typing import NoReturn, TypeVar
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
 from . import ast
-from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
-from .report import Code, Report, note_at
+from .lexer import LiteralError, Source, Token, TokenKind, parse_float, parse_integer, parse_string
+from .report import Code, SourceReport, note_at
 
 _TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "LocalObject", "Object", "Value"})
 _NEVER_LOCAL = frozenset({"const", "module"})
@@ -37,7 +37,7 @@ class _Parser:
         self._next = 0
         self._token = tokens[0]
         self._diagnostics = diagnostics
-        self._report = Report(diagnostics)
+        self._report = SourceReport(diagnostics)
         self._depth = 0
         self._sources_with_modules: set[Source] = set()
         self._well_spelled: set[str] = set()
@@ -70,9 +70,9 @@ class _Parser:
         metadata, doc = self._metadata()
         local = self._accept("local") is not None
         token = self._token
-        read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
+        read = self._readers.get(token.text) if token.kind is TokenKind.KEYWORD else None
         if read is None or (local and token.text in _NEVER_LOCAL):
-            notes = did_you_mean(token.text, self._readers) if token.kind is Kind.NAME else ()
+            notes = did_you_mean(token.text, self._readers) if token.kind is TokenKind.NAME else ()
             self._fail(f"expected a definition, found {_shown(token)}", *notes)
         self._advance()
         definition = read()
@@ -90,7 +90,7 @@ class _Parser:
             self._report.error(Code.SYNTAX, "metadata of the file must come before all definitions", opening)
 
     def _module(self) -> ast.Module:
-        if self._token.kind is Kind.KEYWORD:
+        if self._token.kind is TokenKind.KEYWORD:
             self._fail(f"the keyword `{self._token.text}` cannot be the name of a module")
         name = self._name("a module")
         self._sources_with_modules.add(name.source)
@@ -216,7 +216,7 @@ class _Parser:
     def _constant(self) -> ast.Constant:
         metadata, _ = self._metadata()
         kind = self._type("the type of a constant")
-        if self._token.kind is Kind.KEYWORD:
+        if self._token.kind is TokenKind.KEYWORD:
             self._fail(f"the keyword `{self._token.text}` cannot be the name of a constant")
         name = self._name("a constant")
         self._expect("=", "after the name of a constant")
@@ -303,7 +303,7 @@ class _Parser:
     def _name(self, what: str) -> Token:
         """Parse the name in a definition."""
         token = self._token
-        if token.kind is Kind.KEYWORD:
+        if token.kind is TokenKind.KEYWORD:
             if token.text == "Value" and what in {"a member", "a parameter", "a member or an operation"}:
                 self._report.warning(Code.TOLERATED_KEYWORD, "`Value` is a keyword of Ice since 3.7", token)
                 return self._advance()
@@ -311,7 +311,7 @@ class _Parser:
             message = f"the keyword `{token.text}` cannot be the name of {what}"
             self._report.error(Code.KEYWORD_AS_NAME, message, token, note)
             return self._advance()
-        if token.kind is not Kind.NAME:
+        if token.kind is not TokenKind.NAME:
             self._fail(f"expected the name of {what}, found {_shown(token)}")
         self._check_spelling(token)
         return self._advance()
@@ -336,8 +336,8 @@ class _Parser:
         parts = [""] if self._accept("::") else []
         while True:
             token = self._token
-            if token.kind is not Kind.NAME and not (token.kind is Kind.KEYWORD and parts):
-                notes = did_you_mean(token.text, _TYPE_KEYWORDS) if token.kind is Kind.KEYWORD else ()
+            if token.kind is not TokenKind.NAME and not (token.kind is TokenKind.KEYWORD and parts):
+                notes = did_you_mean(token.text, _TYPE_KEYWORDS) if token.kind is TokenKind.KEYWORD else ()
                 self._fail(f"expected the name of {what}, found {_shown(token)}", *notes)
             parts.append(self._advance().text)
             if not self._accept("::"):
@@ -360,10 +360,10 @@ class _Parser:
     def _type(self, what: str) -> ast.Type:
         token = self._token
         kind: ast.BuiltinType | ast.NamedType
-        if token.kind is Kind.KEYWORD and token.text in _TYPE_KEYWORDS:
+        if token.kind is TokenKind.KEYWORD and token.text in _TYPE_KEYWORDS:
             self._advance()
             kind = ast.BuiltinType(token.text, token)
-        elif token.kind is Kind.NAME or self._at("::"):
+        elif token.kind is TokenKind.NAME or self._at("::"):
             kind = ast.NamedType(*self._scoped_name("a type"))
         else:
             self._fail(f"expected {what}, found {_shown(token)}")
@@ -386,10 +386,10 @@ class _Parser:
         found: list[ast.Metadata] = []
         while True:
             token = self._token
-            if token.kind is not Kind.STRING:
+            if token.kind is not TokenKind.STRING:
                 self._fail(f"expected {what} in quotes, found {_shown(token)}")
             text = self._string()
-            while self._token.kind is Kind.STRING:
+            while self._token.kind is TokenKind.STRING:
                 text += self._string()
             found.append(ast.Metadata(text, token))
             if not self._accept(","):
@@ -424,7 +424,7 @@ class _Parser:
 
     def _number(self, what: str) -> ast.Literal:
         """Parse an integer, or the name of a constant or an enumerator."""
-        if self._token.kind not in {Kind.INTEGER, Kind.NAME} and not self._at("::"):
+        if self._token.kind not in {TokenKind.INTEGER, TokenKind.NAME} and not self._at("::"):
             self._fail(f"expected {what}, found {_shown(self._token)}")
         return self._literal()
 
@@ -432,18 +432,18 @@ class _Parser:
         """Parse a literal, or the name of a constant or an enumerator."""
         token = self._token
         try:
-            if token.kind is Kind.INTEGER:
+            if token.kind is TokenKind.INTEGER:
                 return ast.Literal(self._advance(), parse_integer(token.text))
-            if token.kind is Kind.FLOAT:
+            if token.kind is TokenKind.FLOAT:
                 return ast.Literal(self._advance(), parse_float(token.text))
         except LiteralError as error:
             self._report.error(Code.BAD_LITERAL, str(error), token)
             return ast.Literal(token)
-        if token.kind is Kind.STRING:
+        if token.kind is TokenKind.STRING:
             return ast.Literal(token, self._string())
-        if token.kind is Kind.KEYWORD and token.text in {"true", "false"}:
+        if token.kind is TokenKind.KEYWORD and token.text in {"true", "false"}:
             return ast.Literal(self._advance(), token.text == "true")
-        if token.kind is Kind.NAME or self._at("::"):
+        if token.kind is TokenKind.NAME or self._at("::"):
             name, last = self._scoped_name("a constant or an enumerator")
             return ast.Literal(last, name=name)
         return self._fail(f"expected a value, found {_shown(token)}")
@@ -452,7 +452,7 @@ class _Parser:
 
     def _advance(self) -> Token:
         token = self._token
-        if token.kind is not Kind.END:
+        if token.kind is not TokenKind.END:
             self._next += 1
             self._token = self._tokens[self._next]
         return token
@@ -463,11 +463,11 @@ class _Parser:
         return self._tokens[self._next - 1]
 
     def _at_end(self) -> bool:
-        return self._token.kind is Kind.END
+        return self._token.kind is TokenKind.END
 
     def _at(self, text: str) -> bool:
         token = self._token
-        return token.text == text and (token.kind is Kind.PUNCTUATION or token.kind is Kind.KEYWORD)
+        return token.text == text and (token.kind is TokenKind.PUNCTUATION or token.kind is TokenKind.KEYWORD)
 
     def _accept(self, text: str) -> Token | None:
         return self._advance() if self._at(text) else None
@@ -549,8 +549,8 @@ class _Parser:
 
 def _shown(token: Token) -> str:
     """Return a token for messages."""
-    if token.kind is Kind.END:
+    if token.kind is TokenKind.END:
         return "the end of the file"
-    if token.kind is Kind.KEYWORD:
+    if token.kind is TokenKind.KEYWORD:
         return f"the keyword `{token.text}`"
     return f"`{token.text if len(token.text) <= 40 else token.text[:40] + '...'}`"

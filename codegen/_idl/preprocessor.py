@@ -17,8 +17,8 @@ from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..files import read_regular
 from ..reasons import reason
-from .lexer import Kind, Source, Token
-from .report import Code, Report, note_at
+from .lexer import Source, Token, TokenKind
+from .report import Code, SourceReport, note_at
 
 EXTENSIONS = (".idl", ".ice")
 
@@ -62,7 +62,7 @@ class Preprocessor:
     def __init__(self, include_directories: Sequence[Path], diagnostics: Diagnostics) -> None:
         self._include_directories = tuple(include_directories)
         self._diagnostics = diagnostics
-        self._report = Report(diagnostics)
+        self._report = SourceReport(diagnostics)
         self._sources: dict[Path, Source | None] = {}
         self._identities: dict[Path, Path] = {}
 
@@ -152,7 +152,7 @@ class _Reader:
         self.result = Preprocessed()
         self._main = main
         self._preprocessor = preprocessor
-        self._report = Report(diagnostics)
+        self._report = SourceReport(diagnostics)
         self._macros = set(_PREDEFINED)
         self._once: set[Source] = set()
         self._depth = 0
@@ -166,15 +166,15 @@ class _Reader:
         output = self.result.tokens
         for token in source.tokens:
             kind = token.kind
-            if kind is Kind.DIRECTIVE:
+            if kind is TokenKind.DIRECTIVE:
                 active = self._directive(token, conditions)
                 if self._stopped:
                     return
-            elif kind is Kind.UNTERMINATED:
+            elif kind is TokenKind.UNTERMINATED:
                 self._report_bad_token(token)  # also in a skipped branch, like slice2py
-            elif not active or kind is Kind.END:
+            elif not active or kind is TokenKind.END:
                 continue
-            elif kind is Kind.INVALID:
+            elif kind is TokenKind.INVALID:
                 self._report_bad_token(token)
             else:
                 if token.text in self._macros and not token.escaped:
@@ -182,12 +182,12 @@ class _Reader:
                     self._incomplete(message, token)
                 output.append(token)
         for condition in conditions:
-            end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
+            end = Token(TokenKind.END, "", source, max(0, len(source.text.rstrip()) - 1))
             begin = note_at("the condition starts here", condition.token)
             self._report.error(Code.BAD_DIRECTIVE, "the file ends without an #endif", end, begin)
 
     def _report_bad_token(self, token: Token) -> None:
-        if token.kind is Kind.UNTERMINATED:
+        if token.kind is TokenKind.UNTERMINATED:
             if token.text.startswith("/*"):
                 self._report.warning(Code.COMMENT_WITHOUT_END, "this comment has no end", token)
             else:

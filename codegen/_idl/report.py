@@ -61,7 +61,7 @@ class Code(StrEnum):
     SKIPPED = "N001"
 
 
-class Report:
+class SourceReport:
     """Reports to the diagnostics of a run."""
 
     def __init__(self, diagnostics: Diagnostics) -> None:

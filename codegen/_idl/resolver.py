@@ -11,7 +11,7 @@ from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
 from .lexer import Token
-from .report import Code, Report, note_at
+from .report import Code, SourceReport, note_at
 
 # Searching similar names is slow; after this many undefined names there are no more suggestions.
 _MOST_PROPOSALS = 30
@@ -131,7 +131,7 @@ class Resolver:
 
     def __init__(self, diagnostics: Diagnostics) -> None:
         self.symbols = Symbols()
-        self.report = Report(diagnostics)
+        self.report = SourceReport(diagnostics)
         self._named_types: list[ast.NamedType] = []
 
     # Declarations

@@ -11,7 +11,7 @@ from hfsm_runtime.recording_file.messages import Reading, Result
 from .._recording.results import arguments_of
 from ..coroutine import current_coroutine
 from .comparison import Comparison
-from .script import Record, ReplayEndedError, ReplayError, Script, Want, attribute_of, context_of
+from .script import ReplayEndedError, ReplayError, Script, TimedMessage, Want, attribute_of, context_of
 
 _MOST_GUESSES: Final = 100_000
 """Most answers without a record in one cycle: code that asks for more would not end."""
@@ -35,7 +35,7 @@ class Answers:
     def __init__(self, script: Script) -> None:
         self.comparison = Comparison()
         self.latest = LatestValues()
-        self.expected: dict[str, Callable[[Record], object]] = {}
+        self.expected: dict[str, Callable[[TimedMessage], object]] = {}
         """The function to call when something arrives in a context."""
         self.own_time: int | None = None
         self.fatal: ReplayError | None = None
@@ -55,7 +55,7 @@ class Answers:
         """Return the component time in ns at which the replay is."""
         return self._script.time if self.own_time is None else self.own_time
 
-    def fetch(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
+    def fetch(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> TimedMessage | None:
         """Return the recorded answer to a request of code, or None if there is none.
 
         With `park` it may wait until the replay has reached the answer.
@@ -111,7 +111,7 @@ class Answers:
         if context is not None:
             self.latest.wait(context, seconds)
 
-    def guess(self, want: Want) -> Record | None:
+    def guess(self, want: Want) -> TimedMessage | None:
         """Return the newest value that an operation had until now."""
         self.latest.guesses[str(want)] += 1
         return self.latest.newest(want)
@@ -136,11 +136,11 @@ class LatestValues:
     def __init__(self) -> None:
         self.guesses: Counter[str] = Counter()
         """Number of requests without a recorded answer that got an older one, by request."""
-        self._results: dict[tuple[str, str], Record] = {}
+        self._results: dict[tuple[str, str], TimedMessage] = {}
         self._readings: dict[str, tuple[float, int]] = {}
         self._passed: dict[str, int] = {}
 
-    def learn(self, record: Record) -> None:
+    def learn(self, record: TimedMessage) -> None:
         """Take the value of a record."""
         message = record.message
         if isinstance(message, Result):
@@ -153,7 +153,7 @@ class LatestValues:
         ):
             self._readings[message.kind] = float(message.value), record.time
 
-    def newest(self, want: Want) -> Record | None:
+    def newest(self, want: Want) -> TimedMessage | None:
         """Return the newest value that an operation had, or None."""
         return self._results.get((want.attribute, want.operation))
 

@@ -11,7 +11,7 @@ import msgspec
 from hfsm_runtime.recording_file import messages
 from hfsm_runtime.recording_file.outcome import Difference, Divergence, Side, Step
 
-from .script import Record
+from .script import TimedMessage
 
 _SECOND: Final = 1e9
 _ACTS: Final = (messages.Change, messages.Firing, messages.Failure, messages.EventSent)
@@ -87,7 +87,7 @@ class Comparison:
         """Whether every change of state, transition, guard, variable, event and error was the same."""
         return not (self.divergences or self.differences or self.unmatched)
 
-    def recorded(self, record: Record) -> None:
+    def recorded(self, record: TimedMessage) -> None:
         """Take a record of the recording."""
         self._add(record.time, record.message, record.data, recorded=True)
 

@@ -32,7 +32,7 @@ from ..tree import Actor, ChangeKind, Tree
 from ..virtual._run import VirtualRun
 from .answers import Answers
 from .comparison import Comparison
-from .script import Record, Recording, ReplayEndedError, ReplayError, Script, context_of
+from .script import Recording, ReplayEndedError, ReplayError, Script, TimedMessage, context_of
 from .transport import ReplayTransport, result_in
 
 _PROGRESS_PERIOD: Final = 1.0
@@ -217,7 +217,7 @@ class Replay(Observer):
 
     # The code.
 
-    def _go(self, code: Coroutine, answer: Record | None = None) -> None:
+    def _go(self, code: Coroutine, answer: TimedMessage | None = None) -> None:
         """Let code run until it waits or ends; raises what ends it."""
         self.running = code.context
         self.answers.turns += 1
@@ -232,7 +232,7 @@ class Replay(Observer):
             else:
                 self._waiting[code.context] = code
 
-    def _run_code(self, code: Coroutine, answer: Record | None = None) -> None:
+    def _run_code(self, code: Coroutine, answer: TimedMessage | None = None) -> None:
         """Let code run until it waits or ends, and report what ends it."""
         try:
             self._go(code, answer)
@@ -249,7 +249,7 @@ class Replay(Observer):
             )
             self.virtual.request_stop()
 
-    def _answer_to(self, code: Coroutine, record: Record | None) -> Record | None:
+    def _answer_to(self, code: Coroutine, record: TimedMessage | None) -> TimedMessage | None:
         """Return what code waits for: this record, or a later one; None if there is none."""
         assert code.want is not None
         if record is not None and code.want.fits(record):
@@ -257,7 +257,7 @@ class Replay(Observer):
             return record
         return self._script.find(code.context, code.want)
 
-    def _answer(self, code: Coroutine, record: Record | None) -> None:
+    def _answer(self, code: Coroutine, record: TimedMessage | None) -> None:
         """Answer waiting code: with this record, a later one, or nothing."""
         found = self._answer_to(code, record)
         if found is None and code.want is not None and code.want.kind == "handover":
@@ -288,7 +288,7 @@ class Replay(Observer):
 
     # The recorded cycles, in their order.
 
-    def _step(self, record: Record) -> None:
+    def _step(self, record: TimedMessage) -> None:
         message = record.message
         context = context_of(message)
         if isinstance(message, Action):
@@ -315,7 +315,7 @@ class Replay(Observer):
         else:
             self._script.advance()
 
-    def _drive(self, record: Record, context: str) -> None:
+    def _drive(self, record: TimedMessage, context: str) -> None:
         """Give a record to the code of its context, which may have to begin its cycle, or skip the record."""
         if context.startswith("automaton ") and context not in self._begun:
             self._begin_cycle(context)
@@ -355,7 +355,7 @@ class Replay(Observer):
             self._answer(self._waiting[context], None)
         self._begun.discard(context)
 
-    def _deliver(self, record: Record, context: str) -> None:
+    def _deliver(self, record: TimedMessage, context: str) -> None:
         """Deliver a result, or a sample, to the code that expects it."""
         deliver = self.answers.expected.get(context)
         if deliver is None or context in self._waiting:
@@ -429,7 +429,7 @@ class Replay(Observer):
 
     # The records.
 
-    def _passed(self, record: Record) -> None:
+    def _passed(self, record: TimedMessage) -> None:
         self.answers.latest.learn(record)
         self.comparison.recorded(record)
         message = record.message

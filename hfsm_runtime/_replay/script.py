@@ -41,7 +41,7 @@ class ReplayEndedError(ComponentStoppedError):
     """The recording is over: ends code that waits for more. Not an Exception: user code does not catch it."""
 
 
-class Record(NamedTuple):
+class TimedMessage(NamedTuple):
     """A message, and its time in ns since the start of the component."""
 
     time: int
@@ -76,10 +76,10 @@ class Recording(reader.RecordingFile):
                 if action.kind == "made":
                     self.settings = action.arguments
 
-    def __iter__(self) -> Iterator[Record]:
+    def __iter__(self) -> Iterator[TimedMessage]:
         for raw in self.messages():
             if raw.kind not in messages.TO_LOOK_AT:
-                yield Record(raw.time - self.start, raw.topic, reader.decode(raw, raw.kind), raw.data)
+                yield TimedMessage(raw.time - self.start, raw.topic, reader.decode(raw, raw.kind), raw.data)
 
     def image(self, hash: str) -> bytes | None:
         """Return the bytes of an image, or None when the recording does not have them."""
@@ -96,7 +96,7 @@ class Want:
     attribute: str = ""
     operation: str = ""
 
-    def fits(self, record: Record) -> bool:
+    def fits(self, record: TimedMessage) -> bool:
         """Return whether a record answers the request."""
         message = record.message
         if self.attribute:
@@ -117,17 +117,17 @@ class Want:
 class Script:
     """Walk through a recording. `passed` is called with each record that the walk passes."""
 
-    def __init__(self, recording: Recording, end: int, passed: Callable[[Record], None]) -> None:
+    def __init__(self, recording: Recording, end: int, passed: Callable[[TimedMessage], None]) -> None:
         self.time = 0
         """The time in ns of the record that comes next."""
         self._end = end
         self._passed = passed
         self._coming = iter(recording)
-        self._ahead: deque[Record] = deque()
+        self._ahead: deque[TimedMessage] = deque()
         """The records that were read and not used yet; the first comes next."""
         self._bytes_ahead = 0
 
-    def peek(self) -> Record | None:
+    def peek(self) -> TimedMessage | None:
         """Return the next record that has not been used; None at the end."""
         if not self._ahead and not self._read():
             return None
@@ -138,7 +138,7 @@ class Script:
         self.time = max(self.time, record.time)
         return record
 
-    def peek_input(self) -> Record | None:
+    def peek_input(self) -> TimedMessage | None:
         """Return the next record that needs an action; skip reports on automata."""
         while (record := self.peek()) is not None and not isinstance(record.message, _INPUTS):
             self.advance()
@@ -154,7 +154,7 @@ class Script:
         self._coming = iter(())
         self._ahead.clear()
 
-    def find(self, context: str, want: Want) -> Record | None:
+    def find(self, context: str, want: Want) -> TimedMessage | None:
         """Return, and use, a later answer from the same cycle; None if there is none."""
         for index, record in enumerate(self._look_ahead()):
             if context_of(record.message) == context:
@@ -172,7 +172,7 @@ class Script:
                 return message
         return None
 
-    def _look_ahead(self) -> Iterator[Record]:
+    def _look_ahead(self) -> Iterator[TimedMessage]:
         for index in range(_MOST_MESSAGES_AHEAD):
             if index == len(self._ahead) and (self._bytes_ahead > _MOST_BYTES_AHEAD or not self._read()):
                 return
@@ -186,7 +186,7 @@ class Script:
         self._bytes_ahead += len(record.data)
         return True
 
-    def _use(self, index: int) -> Record:
+    def _use(self, index: int) -> TimedMessage:
         record = self._ahead[index]
         del self._ahead[index]
         self._bytes_ahead -= len(record.data)
@@ -203,6 +203,6 @@ def context_of(message: messages.Message) -> str | None:
     return None
 
 
-def attribute_of(record: Record) -> str:
+def attribute_of(record: TimedMessage) -> str:
     """Return the proxy's attribute of a `Result`."""
     return record.topic.split("/")[2] if record.topic.count("/") >= 3 else ""

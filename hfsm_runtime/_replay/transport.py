@@ -26,7 +26,7 @@ from .._recording.results import put_bytes
 from .._recording.transport import ObservedTransport, encoded_sample, target_of
 from ..component import Component, proxies_of
 from .answers import Answers
-from .script import NothingRecordedError, Record, Recording, ReplayError, Want
+from .script import NothingRecordedError, Recording, ReplayError, TimedMessage, Want
 
 _NOTHING: Final = b"\x80"
 """The encoded result of an operation that returns nothing."""
@@ -159,7 +159,7 @@ class _ReplayedCaller(_Replayed):
         self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
 
-        def settle(record: Record | None) -> None:
+        def settle(record: TimedMessage | None) -> None:
             done(self._outcome(self._want("async"), record))
 
         record = self._answers.fetch(self._want("begin"), payload, park=False)
@@ -169,7 +169,7 @@ class _ReplayedCaller(_Replayed):
             self._answers.expected[f"future {result_in(record).ticket}"] = settle
         return lambda: None
 
-    def _outcome(self, want: Want, record: Record | None) -> Outcome | SystemException:
+    def _outcome(self, want: Want, record: TimedMessage | None) -> Outcome | SystemException:
         record = record or self._answers.guess(want)
         if record is None:
             if not self._operation.result.fields:
@@ -189,10 +189,10 @@ class _ReplayedInlet(_Replayed):
 
     def __init__(self, transport: ReplayTransport, target: Target, operation: Operation[..., Any]) -> None:
         super().__init__(transport, target, operation)
-        self._newest: Record | None = None  # that the reader has
+        self._newest: TimedMessage | None = None  # that the reader has
         self._context = ""
 
-    def poll(self) -> Record | None:
+    def poll(self) -> TimedMessage | None:
         want = self._want("latest")
         # Not parked: the reader is locked meanwhile, and no other code ran in between.
         record = self._answers.fetch(want, park=False)
@@ -231,7 +231,7 @@ class _ReplayedInlet(_Replayed):
             self._context = f"subscription {result_in(record).ticket}"
             self._answers.expected[self._context] = callback
 
-    def open(self, record: Record) -> Arrived:
+    def open(self, record: TimedMessage) -> Arrived:
         """Return the value of a sample, with its recorded ages."""
         message = result_in(record)
         payload = self._payload(message, self._want(message.kind))
@@ -243,7 +243,7 @@ class _ReplayedInlet(_Replayed):
         self._answers.expected.pop(self._context, None)
         return True
 
-    def _age(self, record: Record) -> float:
+    def _age(self, record: TimedMessage) -> float:
         found = self._answers.fetch(Want("age"))
         if found is not None:
             value = found.message.value if isinstance(found.message, Reading) else None
@@ -252,7 +252,7 @@ class _ReplayedInlet(_Replayed):
         return (result_in(record).age or 0.0) + passed
 
 
-def result_in(record: Record) -> Result:
+def result_in(record: TimedMessage) -> Result:
     """Return the message of a record about an operation."""
     assert isinstance(record.message, Result)
     return record.message

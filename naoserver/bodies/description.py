@@ -31,7 +31,7 @@ from naoserver.bodies.looks import (
     Look,
     Looks,
     Material,
-    Part,
+    PlacedShape,
     SeenShape,
     Shapes,
     Skin,
@@ -200,7 +200,7 @@ def read_described_looks(text: str, body: Body) -> DescribedLooks:
     return looks
 
 
-def _described(part: Part, look: Look, meshes: Mapping[str, int]) -> DescribedShape:
+def _described(part: PlacedShape, look: Look, meshes: Mapping[str, int]) -> DescribedShape:
     shape = part.shape
     red, green, blue = (round(value, 3) for value in look.color)
     found = DescribedShape(

@@ -76,7 +76,7 @@ class SeenShape(Struct, frozen=True, forbid_unknown_fields=True):
     twice: bool = False
 
 
-class Part(NamedTuple):
+class PlacedShape(NamedTuple):
     """A shape on one of the links on which it is seen."""
 
     shape: SeenShape
@@ -109,20 +109,22 @@ class Skin(Struct, frozen=True, forbid_unknown_fields=True):
             if shape.material and shape.material not in self.materials:
                 raise ValueError(f"a {shape.kind} on {shape.link}: there is no material {shape.material}")
 
-    def parts(self, *, shell: bool = True) -> Iterator[Part]:
+    def parts(self, *, shell: bool = True) -> Iterator[PlacedShape]:
         """Yield what is seen of the robot: its shell, or bare blocks."""
         for shape in self.shapes.shell if shell else self.shapes.blocks:
-            yield Part(shape, shape.link, mirrored=False, light=shape.light.replace("{side}", "Left"))
+            yield PlacedShape(shape, shape.link, mirrored=False, light=shape.light.replace("{side}", "Left"))
             opposite = self.mirror.get(shape.link, shape.link if shape.twice else "")
             if opposite:
-                yield Part(shape, opposite, mirrored=True, light=shape.light.replace("{side}", "Right"))
+                yield PlacedShape(
+                    shape, opposite, mirrored=True, light=shape.light.replace("{side}", "Right")
+                )
 
     @property
     def lights(self) -> tuple[str, ...]:
         """The groups of lights that have lamps on the shell."""
         return tuple(dict.fromkeys(part.light for part in self.parts() if part.light))
 
-    def look(self, part: Part, colors: Mapping[str, Color]) -> Look:
+    def look(self, part: PlacedShape, colors: Mapping[str, Color]) -> Look:
         """Return how a part looks while the groups of lights show `colors`; a group without one is off."""
         if part.light:
             return look_of(colors.get(part.light, OFF))

@@ -17,7 +17,7 @@ from naoserver.bodies.footsteps import Footsteps
 from naoserver.bodies.parts import Sole
 from naoserver.body import Body
 from naoserver_sim._body import SIDES
-from naoserver_sim._share import Part
+from naoserver_sim._share import RobotData
 
 Array = NDArray[np.float64]
 
@@ -160,7 +160,7 @@ class SensorRecord:
         self,
         mj: mujoco.MjModel,
         body: Body,
-        data: mujoco.MjData | Part,
+        data: mujoco.MjData | RobotData,
         noise: SenseNoise | None = None,
         random: np.random.Generator | None = None,
     ) -> None:

@@ -24,7 +24,7 @@ from naoserver_sim._locomotion import (
     limp,
 )
 from naoserver_sim._senses.record import SensorRecord
-from naoserver_sim._share import Part
+from naoserver_sim._share import RobotData
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
 from naoserver_sim._walk.legs import FootPose, Legs, Odometer, leg_motors
@@ -38,7 +38,7 @@ _TRIM_TIME: Final = 0.3
 class Trim:
     """Report the shift of the center of mass by arms and head, in the torso's frame."""
 
-    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData | Part, body: Body) -> None:
+    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData | RobotData, body: Body) -> None:
         self._data = data
         self._torso = mj.body(body.root.name).id
         upper = [
@@ -69,7 +69,7 @@ class Trim:
         self._x += (x - self._usual[0] - self._x) * part
         self._y += (y - self._usual[1] - self._y) * part
 
-    def _measure(self, data: mujoco.MjData | Part) -> tuple[float, float]:
+    def _measure(self, data: mujoco.MjData | RobotData) -> tuple[float, float]:
         """Return the contribution of arms and head to the center of mass along the torso's x and y axes."""
         center = self._shares @ data.xipos - self._share * data.xpos[self._torso]
         x, y, _ = (center @ data.xmat[self._torso].reshape(3, 3)).tolist()

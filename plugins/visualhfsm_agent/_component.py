@@ -13,7 +13,7 @@ from functools import reduce
 from pathlib import Path
 from typing import Any, Final
 
-from hfsm_runtime.command import World, make_app
+from hfsm_runtime.command import ComponentWorld, make_app
 from hfsm_runtime.component import Component, proxies_of
 from hfsm_runtime.errors import ComponentError
 from hfsm_runtime.plugins import components_in, connect, load_module
@@ -92,14 +92,14 @@ def main() -> None:
     interfaces, most = typed.from_json(os.environ.pop(LIMITS), tuple[frozenset[str], dict[str, float]])
 
     @contextmanager
-    def world(realm: Communicator) -> Iterator[World]:
+    def world(realm: Communicator) -> Iterator[ComponentWorld]:
         limit(realm, interfaces, most)
 
         def connected(component: Component) -> None:
             require(component, interfaces, most)
             connect(component, realm)
 
-        yield World(realm, connected)
+        yield ComponentWorld(realm, connected)
 
     file = Path(sys.argv[1]).resolve()
     sys.argv[:2] = [str(file)]

@@ -28,7 +28,7 @@ from . import _simulation
 from ._approval import Approvals, folder_in
 from ._limits import AgentError, read_limits
 from ._lock import lock
-from ._run import Prepared, Run
+from ._run import LimitedRun, Prepared
 from ._simulation import png_of
 
 _DECLARED: Final = re.compile(r"^\s*interface (\w+)", re.MULTILINE)
@@ -69,7 +69,7 @@ class Desk:
         self._connecting = threading.Lock()
         """Held instead of the other one, so that a stop waits for no verdict."""
         self._communicator: Communicator | None = None
-        self._run: Run | None = None
+        self._run: LimitedRun | None = None
 
     def close(self) -> None:
         """Stop what runs, and end all processes."""
@@ -251,7 +251,7 @@ class Desk:
                 with lock(folder_in(self._root) / "run.lock", 0.0) as held:
                     if limits.ask:
                         self._approvals.require(found.digest, path, limits.longest_run)
-                    self._run = Run(prepared, realm, limits, self._settings.environment(), held)
+                    self._run = LimitedRun(prepared, realm, limits, self._settings.environment(), held)
             except BaseException:
                 prepared.close()
                 raise

@@ -68,7 +68,7 @@ class Prepared:
         self._folder.cleanup()
 
 
-class Run:
+class LimitedRun:
     """A component that was started; it is stopped after the longest run, whatever it does."""
 
     def __init__(

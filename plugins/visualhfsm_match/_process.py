@@ -20,11 +20,11 @@ from visualhfsm_match._film import Film
 from visualhfsm_match._match import play
 from visualhfsm_match._page import match_page
 from visualhfsm_match._referee import BALL
-from visualhfsm_match._series import PREFIX, Answer, Match, Played
+from visualhfsm_match._series import PREFIX, Match, MatchAnswer, Played
 from zenoh_ice.application.tether import die_with
 
 
-def _answer(match: Match) -> Answer:
+def _answer(match: Match) -> MatchAnswer:
     plan = match.plan
     try:
         with tempfile.TemporaryDirectory(prefix=PREFIX) as name, ExitStack() as ends, quiet():
@@ -41,11 +41,11 @@ def _answer(match: Match) -> Answer:
             result = play(plan, folder, sandboxes, film)
         page = match_page(plan, result, film) if match.page else ""
     except VisualHfsmError as error:
-        return Answer(refused=str(error))
-    return Answer(Played(result, zlib.compress(page.encode())))
+        return MatchAnswer(refused=str(error))
+    return MatchAnswer(Played(result, zlib.compress(page.encode())))
 
 
-def _answer_and_forget(match: Match) -> Answer:
+def _answer_and_forget(match: Match) -> MatchAnswer:
     """Return the answer once what the match took is given back: otherwise ten matches take 2 GB."""
     answer = _answer(match)
     gc.collect()

@@ -52,7 +52,7 @@ class Match:
         """Return the same match with another archive."""
         return replace(self, archive=archive)
 
-    def run(self) -> Answer:
+    def run(self) -> MatchAnswer:
         """Play it in a process of the thread that calls this."""
         return _of_this_process.run(self)
 
@@ -69,7 +69,7 @@ class Played(msgspec.Struct, frozen=True):
         return zlib.decompress(self.packed).decode()
 
 
-class Answer(msgspec.Struct, frozen=True):
+class MatchAnswer(msgspec.Struct, frozen=True):
     """A match that was played, or why nobody can judge it."""
 
     played: Played | None = None
@@ -82,22 +82,22 @@ class Answer(msgspec.Struct, frozen=True):
         return self.played
 
 
-class Matches(TaskProcesses[Answer]):
+class Matches(TaskProcesses[MatchAnswer]):
     """Processes that play matches, one for each thread."""
 
     def __init__(self) -> None:
-        super().__init__(f"{__package__}._process", Answer, PREFIX)
+        super().__init__(f"{__package__}._process", MatchAnswer, PREFIX)
 
-    def run(self, match: Match) -> Answer:
+    def run(self, match: Match) -> MatchAnswer:
         """Play a match in the process of this thread. Raises MatchError when they have been ended."""
-        answer = Answer()
+        answer = MatchAnswer()
         for _ in range(_ATTEMPTS):
             try:
                 answer = self.ask(match, match.patience)
             except EndedError as error:
                 raise MatchError.of("the matches have been ended") from error
             except NoAnswerError as error:
-                answer = Answer(refused=str(error))
+                answer = MatchAnswer(refused=str(error))
             if answer.played is not None:
                 break
         return answer

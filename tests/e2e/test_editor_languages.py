@@ -19,7 +19,7 @@ from tests.support.monitor import DOCUMENT
 from tests.support.watching import recorded
 from visualhfsm._base import languages as _languages
 from visualhfsm._base.html_file import STATIC, html_file
-from visualhfsm._monitor.run_page import Run, write_run_page
+from visualhfsm._monitor.run_page import ExportedRun, write_run_page
 
 WORDS: Final = """(known) => {
     // The names of the document, code, keys, and what a user reads of other programs.
@@ -355,7 +355,7 @@ def test_what_was_said_in_an_exported_run_is_in_the_language_of_its_reader(
     browser: Browser, tmp_path: Path
 ) -> None:
     path = tmp_path / "run.html"
-    write_run_page(path, Run("dance", dance_and_follow(), recorded(3.0)))
+    write_run_page(path, ExportedRun("dance", dance_and_follow(), recorded(3.0)))
     for language, event in (
         ("es", "parada: su velocidad no se renovó en 0,5 s"),
         ("en", "stopped: its velocity was not renewed within 0.5 s"),

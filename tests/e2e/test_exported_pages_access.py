@@ -20,7 +20,7 @@ from tests.support.places import ROOT
 from tests.support.watching import recorded
 from visualhfsm._document.serialization import parse
 from visualhfsm._drawing.page import drawing_page
-from visualhfsm._monitor.run_page import Run, write_run_page
+from visualhfsm._monitor.run_page import ExportedRun, write_run_page
 from visualhfsm.trials import Outcome, Plan, Spread
 from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._page import trials_page
@@ -37,7 +37,9 @@ def page(browser: Browser) -> Iterator[Page]:
 def test_the_page_of_a_run_is_accessible(page: Page, tmp_path: Path) -> None:
     text = (ROOT / "behaviors" / "dance_and_follow.xml").read_text("utf-8")
     path = tmp_path / "run.html"
-    write_run_page(path, Run("dance", dance_and_follow(), recorded(6.0), parse(text, Message("Cannot read"))))
+    write_run_page(
+        path, ExportedRun("dance", dance_and_follow(), recorded(6.0), parse(text, Message("Cannot read")))
+    )
     check(page, path)
 
 

@@ -16,7 +16,7 @@ from tests.support.waiting import until
 from tests.support.watching import recorded
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.pictures import encode_jpeg
-from visualhfsm._monitor.run_page import Run, write_run_page
+from visualhfsm._monitor.run_page import ExportedRun, write_run_page
 
 HOSTILE = "</script><img src=x onerror=\"document.title='hostile'\">"
 
@@ -46,7 +46,7 @@ def write(path: Path) -> None:
     structure = dance_and_follow()
     structure.automata[4].name = HOSTILE
     log = recorded(10.7)
-    write_run_page(path, Run(HOSTILE, structure, log, parse(text, Message("Cannot read"))))
+    write_run_page(path, ExportedRun(HOSTILE, structure, log, parse(text, Message("Cannot read"))))
 
 
 def test_an_exported_run_plays_from_disk(browser: Browser, tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_an_exported_run_begins_where_it_has_pictures(browser: Browser, tmp_path
     began = msgspec.json.decode(first)["at"]
     jpeg = encode_jpeg(2, 1, bytes(6))
     pictures = {"Camera": [(began + 1.0, jpeg)], "CameraBottom": [(began + 1.5, jpeg)]}
-    write_run_page(path, Run("dance", dance_and_follow(), log, pictures=pictures))
+    write_run_page(path, ExportedRun("dance", dance_and_follow(), log, pictures=pictures))
     with new_context(browser) as context:
         page = context.new_page()
         page.goto(path.as_uri())

@@ -29,7 +29,7 @@ from zenoh_ice.carriers._local.messages import (
 from zenoh_ice.carriers._local.server import _bind, local_space
 from zenoh_ice.data.codec import Pieces
 from zenoh_ice.data.keys import parse_servant_token
-from zenoh_ice.threads.pool import Kind
+from zenoh_ice.threads.pool import JobKind
 from zenoh_ice.transport import Reply
 
 from .receivers import Taken, Taker
@@ -59,7 +59,7 @@ class Echo(Taker):
         self.left: Final = threading.Semaphore(0)
         self.gone: Final[list[tuple[str, bool]]] = []
         """The operations that were called, and whether their callers had ended."""
-        self.kind = Kind()
+        self.kind = JobKind()
 
     def take(self, call: Taken, reply: Reply) -> Callable[[], object]:
         self.gone.append((call.name, call.gone))

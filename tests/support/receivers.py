@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from zenoh_ice.data.codec import Buffer
-from zenoh_ice.threads.pool import Job, Kind
+from zenoh_ice.threads.pool import Job, JobKind
 from zenoh_ice.transport import Ended, Reply
 
 __all__ = ["Taken", "Taker"]
@@ -27,7 +27,7 @@ class Taker(ABC):
     """A receiver; each of its jobs may take long unless it has a kind of its own."""
 
     runs_here = False
-    kind: Kind | None = None
+    kind: JobKind | None = None
 
     @abstractmethod
     def take(self, call: Taken, reply: Reply) -> Callable[[], object]:
@@ -44,4 +44,4 @@ class Taker(ABC):
         ended: Ended | None = None,
     ) -> Job:
         data, about = (None if each is None else bytes(each) for each in (payload, attachment))
-        return self.kind or Kind(), self.take(Taken(name, data, about, gone), reply)
+        return self.kind or JobKind(), self.take(Taken(name, data, about, gone), reply)

@@ -27,7 +27,7 @@ from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, missing_component
 from visualhfsm._monitor.realm.robot import RobotMonitor, RobotState
 from visualhfsm._monitor.realm.run_log import RunLog
-from visualhfsm._monitor.run_page import MOST_PICTURES, Run, write_run_page
+from visualhfsm._monitor.run_page import MOST_PICTURES, ExportedRun, write_run_page
 from zenoh_ice import Communicator
 from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.data.text import printable
@@ -96,9 +96,9 @@ class Telemetry:
         """The log of the component's run."""
         return self._follower.log
 
-    def exported(self, automata: Automata) -> Run:
+    def exported(self, automata: Automata) -> ExportedRun:
         """Return the run with its pictures."""
-        return Run(
+        return ExportedRun(
             name=self._follower.component,
             structure=automata.structure,
             log=self.log,

@@ -46,7 +46,7 @@ GIVE_UP: Final = signal.SIGUSR1
 
 
 class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
-    """A step of a run, as `codegen.hfsm.model_checker.Step` has it; the rest are ids of the document."""
+    """A step of a run, as `CounterexampleStep` of the model checker; the rest are ids of the document."""
 
     time_ms: float
     automaton: int
@@ -299,7 +299,7 @@ def _where(location: Location, file: Path, locator: Locator, imports: ImportedPl
 
 
 class Question(msgspec.Struct, frozen=True):
-    """The parts of a document to check, and the other parameters of `find`, which `Answer`s answer.
+    """The parts of a document to check, and the other parameters of `find`, which `ProblemsAnswer`s answer.
 
     On GIVE_UP, the last of them says what was found until then.
     """
@@ -310,7 +310,7 @@ class Question(msgspec.Struct, frozen=True):
     limit: int | None
 
 
-class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+class ProblemsAnswer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was found so far, or why a document cannot be written, and what to do."""
 
     found: Findings = Findings()
@@ -330,22 +330,22 @@ def _answers(parts: Parts, line: bytes) -> Iterator[bytes]:
     try:
         document = parts.read(question.parts, path, diagnostics)
     except EditError as error:
-        yield _encoded(Answer(is_last=True, refused=(error.what, error.why, error.hint)))
+        yield _encoded(ProblemsAnswer(is_last=True, refused=(error.what, error.why, error.hint)))
         return
     findings = find(document, path, diagnostics, include, limit=question.limit)
     found = next(findings)
     try:
         while not found.complete:
-            yield _encoded(Answer(found=found))
+            yield _encoded(ProblemsAnswer(found=found))
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {GIVE_UP})
             found = next(findings)
             signal.pthread_sigmask(signal.SIG_BLOCK, {GIVE_UP})
     except _GivenUp:
         pass
-    yield _encoded(Answer(found=found, is_last=True))
+    yield _encoded(ProblemsAnswer(found=found, is_last=True))
 
 
-def _encoded(answer: Answer) -> bytes:
+def _encoded(answer: ProblemsAnswer) -> bytes:
     return msgspec.json.encode(answer, enc_hook=encode_message)
 
 

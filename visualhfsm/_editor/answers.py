@@ -15,7 +15,7 @@ from visualhfsm._document.places import Hit, Place
 from visualhfsm._document.views import AutomatonView
 from visualhfsm._monitor.followers import Followed, OpenedRecording
 from visualhfsm._processes.bodies import KnownBody
-from visualhfsm._processes.robots import World
+from visualhfsm._processes.robots import WorldFacts
 from visualhfsm.project._code_help.definition import Definition
 from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature
 from visualhfsm.project._editing.change import Added
@@ -36,7 +36,7 @@ class Greeting(TypedDict):
 
     root: str
     templates: list[Template]
-    worlds: Sequence[World]
+    worlds: Sequence[WorldFacts]
     bodies: Sequence[KnownBody]
     demo: bool
     recording: str
@@ -138,7 +138,7 @@ class Resolved(TypedDict):
     conflicts: list[str]
 
 
-class Entry(TypedDict):
+class ListedEntry(TypedDict):
     """An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970."""
 
     name: str
@@ -153,7 +153,7 @@ class Listing(TypedDict):
 
     directory: str
     parent: str | None
-    entries: list[Entry]
+    entries: list[ListedEntry]
 
 
 class Address(TypedDict):

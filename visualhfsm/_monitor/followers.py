@@ -28,7 +28,7 @@ from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe_component, missing_component
 from visualhfsm._monitor.realm.robot import RobotFacts, RobotMonitor, RobotPresence
 from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog, Timeline
-from visualhfsm._monitor.run_page import MOST_PICTURES, Run, run_page
+from visualhfsm._monitor.run_page import MOST_PICTURES, ExportedRun, run_page
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.text import printable
@@ -263,7 +263,7 @@ class Followers:
         # Those from before are perhaps of another robot.
         pictures = self._cameras.former.spread(MOST_PICTURES, *follower.log.wall_times())
         body = (follower.described or nao()).page
-        run = Run(component, structure, follower.log, document, imported, shapes, pictures, body=body)
+        run = ExportedRun(component, structure, follower.log, document, imported, shapes, pictures, body=body)
         return await asyncio.to_thread(run_page, run)
 
     def camera(self, name: str) -> AsyncGenerator[bytes, None]:

@@ -25,7 +25,7 @@ from visualhfsm._monitor.realm.pictures import OLDEST, encode_jpeg, evenly, requ
 from visualhfsm._monitor.realm.robot import LONGEST_NAME, LONGEST_TEXT, RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitor.realm.world import sound_objects, sound_placement, sound_shapes
-from visualhfsm._monitor.run_page import MOST_PICTURES, Run
+from visualhfsm._monitor.run_page import MOST_PICTURES, ExportedRun
 from zenoh_ice.data import typed
 from zenoh_ice.data.text import printable
 
@@ -60,10 +60,10 @@ class RecordedRun:
     pictures: RecordedPictures
     described: DescribedRobot
 
-    def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
+    def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> ExportedRun:
         """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
         pictures = self.pictures.spread(MOST_PICTURES)
-        return Run(
+        return ExportedRun(
             self.name, self.structure, self.log, document, imported, self.world, pictures, self.shortened,
             body=self.described.page,
         )  # fmt: skip
@@ -128,7 +128,7 @@ class RecordedPictures:
         return encode_jpeg(image.width, image.height, image.data)
 
 
-def recorded_run(path: Path) -> Run:
+def recorded_run(path: Path) -> ExportedRun:
     """Return the run of a recording to export, with its document. Raises VisualHfsmError."""
     recorded = open_recording(path)
     what = Message("{recording}: the document cannot be read", recording=str(path))

@@ -45,7 +45,7 @@ _STYLES: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class ExportedRun:
     """The content to export: the log of a component, its document if known, its world and its pictures.
 
     `imported` are the views of automata that the document imports. `pictures` are JPEG images by camera, each
@@ -64,12 +64,12 @@ class Run:
     body: bytes = b""
 
 
-def write_run_page(path: Path, run: Run) -> int:
+def write_run_page(path: Path, run: ExportedRun) -> int:
     """Write the page of a run to a file, and return its size in bytes. Raises VisualHfsmError."""
     return write_html(path, run_page(run))
 
 
-def run_page(run: Run, largest: int = LARGEST_PAGE) -> str:
+def run_page(run: ExportedRun, largest: int = LARGEST_PAGE) -> str:
     """Return the page of a run as HTML. Raises VisualHfsmError when it is empty, or too large."""
     page = html_file(run.name, _ENTRY, _STYLES, _content(run))
     if len(page) > largest:
@@ -82,7 +82,7 @@ def run_page(run: Run, largest: int = LARGEST_PAGE) -> str:
     return page
 
 
-def _content(run: Run) -> bytes:
+def _content(run: ExportedRun) -> bytes:
     """Return the run as run-page.js reads it: lines of JSON, first `Content`, then the moments."""
     newest = run.log.newest
     if newest is None:

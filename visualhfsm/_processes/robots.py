@@ -56,7 +56,7 @@ _WORLDS: Final = (
 """The descriptions in the files of the simulation's worlds."""
 
 
-class World(msgspec.Struct, frozen=True):
+class WorldFacts(msgspec.Struct, frozen=True):
     """A world of the simulation; `balls` says whether it has balls that can be moved."""
 
     name: str
@@ -64,7 +64,7 @@ class World(msgspec.Struct, frozen=True):
     balls: bool
 
 
-def find_worlds() -> list[World]:
+def find_worlds() -> list[WorldFacts]:
     """Return the worlds of the simulation that are installed with it, which is not imported."""
     spec = find_spec("naoserver_sim")
     found = []
@@ -72,7 +72,7 @@ def find_worlds() -> list[World]:
         for path in sorted((Path(place) / "worlds").glob("*.toml")):
             content = tomllib.loads(path.read_text(encoding="utf-8"))
             description = known_text(content.get("description", ""), _WORLDS)
-            found.append(World(path.stem, description, bool(content.get("carried_balls"))))
+            found.append(WorldFacts(path.stem, description, bool(content.get("carried_balls"))))
     return found
 
 

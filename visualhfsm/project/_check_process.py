@@ -20,7 +20,7 @@ from visualhfsm._base.languages import decode_message
 from visualhfsm._base.line_process import LineProcess, NoAnswerError
 from visualhfsm._document import problems
 from visualhfsm._document.parts import split
-from visualhfsm._document.problems import GIVE_UP, UNTITLED, Answer, Findings, Problem, Question
+from visualhfsm._document.problems import GIVE_UP, UNTITLED, Findings, Problem, ProblemsAnswer, Question
 from zenoh_ice.data import typed
 
 _CHECK_LIMIT: Final = 20.0
@@ -92,7 +92,7 @@ class CheckProcess:
         self._process.close()
 
 
-_answer: Final = typed.json_decoder(Answer, dec_hook=decode_message)
+_answer: Final = typed.json_decoder(ProblemsAnswer, dec_hook=decode_message)
 
 
 def _with(found: Findings, severity: Severity, message: Message) -> Findings:

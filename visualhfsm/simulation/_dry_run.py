@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from hfsm_runtime.command import World, make_app
+from hfsm_runtime.command import ComponentWorld, make_app
 from hfsm_runtime.component import Component
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.ending import report_abrupt_ends
@@ -42,7 +42,7 @@ _KEPT = 100
 
 
 @contextmanager
-def dry_run(realm: Communicator, *, body: Body, **options: Any) -> Iterator[World]:  # noqa: ANN401 - of PacedExecution
+def dry_run(realm: Communicator, *, body: Body, **options: Any) -> Iterator[ComponentWorld]:  # noqa: ANN401 - of PacedExecution
     """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block.
 
     In the `realm` only the robot's description is served, by the name of the component.
@@ -67,7 +67,7 @@ def dry_run(realm: Communicator, *, body: Body, **options: Any) -> Iterator[Worl
             adapter.activate()
             return made
 
-        yield World(world.communicator, world.connect, make)
+        yield ComponentWorld(world.communicator, world.connect, make)
 
 
 def main(**options: Any) -> NoReturn:  # noqa: ANN401 - of PacedExecution

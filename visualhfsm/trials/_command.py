@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
@@ -12,8 +13,6 @@ from visualhfsm._base.options import examples
 from zenoh_ice.application.cli import finite
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ._plan import Plan
     from ._progress import Where
     from ._summary import Summary
@@ -108,6 +107,30 @@ def trials(
     wherever they are computed. Outcomes are kept as they come: after Ctrl-C the same command goes on. Code of
     the document runs as you: try only documents that you trust.
     """
+    _check_options(documents, only=only, record=record, report=report, tune=tune)
+    plans = _plans_of(documents, success, {"runs": runs, "seed": seed, "limit": limit, "robot": robot})
+    if only is not None:
+        for plan in plans:
+            _run_one(plan, only, record)
+        return
+    from rich.console import Console
+
+    from ._progress import Where
+
+    where = Where(Console(), workers, cluster, again)
+    if tune:
+        _tune(where, plans[0], settings, minimize, out)
+    else:
+        _run_series(where, plans, out, report)
+
+
+def _check_options(
+    documents: Sequence[Path], *, only: int | None, record: Path | None, report: Path | None, tune: bool
+) -> None:
+    """Raise BadParameter for options that exclude one another.
+
+    Raises VisualHfsmError for a page that cannot be written.
+    """
     if len(documents) > 2:
         raise typer.BadParameter("at most two documents are compared", param_hint="DOCUMENT")
     if record is not None and only is None:
@@ -116,50 +139,44 @@ def trials(
         raise typer.BadParameter("a page is of one document", param_hint="--report")
     if tune and (len(documents) > 1 or only is not None):
         raise typer.BadParameter("one document is tuned, without --only", param_hint="--tune")
-    from msgspec.structs import replace
-
-    from ._plan import plan_of
-
-    changes = {"runs": runs, "seed": seed, "limit": limit, "robot": robot}
     if report is not None:
         from visualhfsm._base.html_file import check_place
 
         check_place(report)
-    given = {name: value for name, value in changes.items() if value is not None}
+
+
+def _plans_of(documents: Sequence[Path], success: str | None, options: Mapping[str, Any]) -> list[Plan]:
+    """Return the plan of each document, with the options that are given. Raises TrialsError."""
+    from msgspec.structs import replace
+
+    from ._plan import plan_of
+
+    given = {name: value for name, value in options.items() if value is not None}
     plans = [plan_of(documents[0], success, **given)]
     for path in documents[1:]:  # the plan of the first one, so that all values are the same
         own = plan_of(path, success, **given)
         plans.append(own if path.suffix == ".toml" else replace(plans[0], document=own.document))
-    if only is not None:
-        for plan in plans:
-            _run_one(plan, only, record)
-        return
-    from rich.console import Console
+    return plans
 
+
+def _run_series(where: Where, plans: Sequence[Plan], out: Path | None, report: Path | None) -> None:
+    """Run the trials of a plan, or of two that are compared, and print what they came to."""
     from ._comparison import Comparison
     from ._facts import facts_of
     from ._outcomes import SUFFIX
-    from ._progress import Where, run_all
+    from ._progress import run_all
     from ._statistics import require_scipy
     from ._terminal import show, show_comparison
 
-    if tune or len(plans) > 1:
+    if len(plans) > 1:
         require_scipy()  # now, not after the trials
-
-    console = Console()
-    where = Where(console, workers, cluster, again)
-    names = _names(plans)
-    if tune:
-        _tune(where, plans[0], settings, minimize, (out or Path(plans[0].document).parent) / names[0])
-        return
+    console, names = where.console, _names(plans)
     summaries = []
     for plan, name in zip(plans, names, strict=True):
-        folder = out or Path(plan.document).parent
-        file = folder / (name + SUFFIX)
-        summary = run_all(where, plan, file)
-        summaries.append(summary)
+        file = _folder(plan, out) / (name + SUFFIX)
+        summaries.append(run_all(where, plan, file))
         if report is not None:
-            _write_page(report, plan, summary, file, console, workers=workers)
+            _write_page(where, report, plan, summaries[-1], file)
     for summary, name in zip(summaries, names, strict=True):
         show(console, summary, name)
     if plans[0].success.state is None and plans[0].success.function is None:
@@ -171,19 +188,22 @@ def trials(
         show_comparison(console, comparison, (names[0], names[1]))
 
 
-def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> None:
+def _tune(where: Where, plan: Plan, settings: int, cost: str, out: Path | None) -> None:
     """Search the best parameters of a plan, and print what they change in fresh trials."""
     from ._comparison import Comparison
-    from ._outcomes import SUFFIX as OUTCOMES
+    from ._outcomes import SUFFIX
     from ._progress import run_all, search
     from ._runners import find_tuner
+    from ._statistics import require_scipy
     from ._terminal import show, show_comparison
 
+    require_scipy()  # now, not after the trials
+    path = _folder(plan, out) / Path(plan.document).stem
     tuning = find_tuner(plan, settings=settings, cost=cost)
     found = search(where, tuning, path.name, path.with_name(path.name + _TUNING))
     plans = {"untuned": tuning.fresh, "tuned": tuning.with_parameters(found, tuning.fresh)}
     before, after = (
-        run_all(where, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()
+        run_all(where, each, path.with_name(f"{path.name}.{name}{SUFFIX}")) for name, each in plans.items()
     )
     show(where.console, after, "tuned")
     show_comparison(where.console, Comparison(before, after, limit=plan.limit), ("untuned", "tuned"))
@@ -194,24 +214,28 @@ def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> Non
             where.console.print(f"  {border}", style="yellow", highlight=False)
 
 
-def _names(plans: list[Plan]) -> list[str]:
+def _folder(plan: Plan, out: Path | None) -> Path:
+    """Return where the outcomes of a plan are kept."""
+    return out or Path(plan.document).parent
+
+
+def _names(plans: Sequence[Plan]) -> list[str]:
+    """Return the names of the plans' outcomes: those of their documents, numbered where they are alike."""
     stems = [Path(plan.document).stem for plan in plans]
     return (
         stems if len(set(stems)) == len(stems) else [f"{stem}-{index}" for index, stem in enumerate(stems, 1)]
     )
 
 
-def _write_page(
-    path: Path, plan: Plan, summary: Summary, file: Path, console: Console, *, workers: int | None
-) -> None:
+def _write_page(where: Where, path: Path, plan: Plan, summary: Summary, file: Path) -> None:
     """Write the page of a series; its worst trials are run again, and recorded."""
     from ._page import write_trials_page
     from ._series import Series
 
     series = Series(plan)
-    with console.status("runs the worst trials again, to record them"):
-        size = write_trials_page(path, plan, summary, file, partial(series.record, workers=workers))
-    console.print(f"{path}: {size / 1e6:.1f} MB")
+    with where.console.status("runs the worst trials again, to record them"):
+        size = write_trials_page(path, plan, summary, file, partial(series.record, workers=where.workers))
+    where.console.print(f"{path}: {size / 1e6:.1f} MB")
 
 
 def _run_one(plan: Plan, number: int, record: Path | None) -> None:

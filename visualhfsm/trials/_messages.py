@@ -33,7 +33,7 @@ class Histogram(_View, frozen=True):
     bad: list[int]
 
 
-class Part(_View, frozen=True):
+class PartView(_View, frozen=True):
     """The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers."""
 
     label: str
@@ -45,7 +45,7 @@ class Dependence(_View, frozen=True):
     """How success depends on a quantity."""
 
     name: str
-    parts: list[Part]
+    parts: list[PartView]
 
 
 class PlaceMap(_View, frozen=True):

@@ -11,7 +11,16 @@ import numpy as np
 
 from codegen.messages import Message
 
-from ._messages import Dependence, FailureView, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline
+from ._messages import (
+    Dependence,
+    FailureView,
+    Histogram,
+    PartView,
+    PlaceMap,
+    Trial,
+    TrialsView,
+    TrialTimeline,
+)
 from ._outcomes import Outcome, StateChange, failure_said, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
@@ -50,7 +59,9 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
             Dependence(
                 _cut(name),
                 [
-                    Part(_cut(part.label), part.rate, _means(part.means, summary.own_numbers[:_MOST_MEANS]))
+                    PartView(
+                        _cut(part.label), part.rate, _means(part.means, summary.own_numbers[:_MOST_MEANS])
+                    )
                     for part in parts[:_MOST_PARTS]
                 ],
             )

@@ -42,7 +42,7 @@ from zenoh_ice.data.wire import (
 from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.proxy import ObjectPrx
 from zenoh_ice.objects.streams import Publisher
-from zenoh_ice.threads.pool import Job, Kind
+from zenoh_ice.threads.pool import Job, JobKind
 from zenoh_ice.transport import Answer, Ended, Outlet, Registration, Reply
 
 V = TypeVar("V")
@@ -178,7 +178,7 @@ class _Method(msgspec.Struct, frozen=True, eq=False):
     fingerprints: frozenset[str] | None  # of the callers' interfaces; None if they do not matter
     frozen: bool  # attachments of its calls do not matter
     stops: bool  # it stops something: such a call is executed even if its caller gave it up
-    kind: Kind
+    kind: JobKind
 
 
 class _Call(msgspec.Struct, eq=False):

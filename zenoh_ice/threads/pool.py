@@ -45,7 +45,7 @@ _RING: Final = select.EPOLLIN | select.EPOLLET
 _logger = logging.getLogger(__name__)
 
 
-class Kind:
+class JobKind:
     """Remember whether the last job of a kind, such as the calls of one method, was quick."""
 
     __slots__ = ("quick", "refusable")
@@ -56,9 +56,9 @@ class Kind:
         """Its jobs may be refused: such a job takes the reason as an argument, and does no more."""
 
 
-Job = tuple[Kind, Callable[..., object]]
+Job = tuple[JobKind, Callable[..., object]]
 
-_LONG_JOB: Final = Kind()
+_LONG_JOB: Final = JobKind()
 _WAKE: Final = object()  # in the queue: its owner need not wait there
 
 
@@ -186,7 +186,7 @@ class Pool:
             self._watch()
         return self.put
 
-    def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:
+    def submit(self, run: Callable[[], object], kind: JobKind | None = None) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
         if not self.has_threads:
             run()
@@ -238,11 +238,11 @@ class Pool:
         finally:
             self.reserve(-1)
 
-    def kind(self, *, refusable: bool = False) -> Kind:
+    def kind(self, *, refusable: bool = False) -> JobKind:
         """Return a new kind of jobs, such as the calls of one method; raises BusyException as `start`."""
         with self._lock:
             self._watch()
-        return Kind(refusable=refusable)
+        return JobKind(refusable=refusable)
 
     def attach(self, source: Source) -> None:
         """Take jobs from a source from now on; raises BusyException as `start`."""

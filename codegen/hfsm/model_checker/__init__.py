@@ -30,7 +30,7 @@ from ._conflicts import Conflict as Conflict
 from ._conflicts import is_command as is_command
 from ._conflicts import read_operations as read_operations
 from ._counterexample import Counterexample as Counterexample
-from ._counterexample import Step as Step
+from ._counterexample import CounterexampleStep as CounterexampleStep
 from ._reachability import Reachability as Reachability
 from ._reachability import WhyNever as WhyNever
 from ._relied import Row as Row

@@ -9,14 +9,14 @@ from typing import Final
 from ...messages import Message, joined
 from ._exploration import Run
 from .model import EVENT, TransitionModel, condition_of
-from .transition_system import Change, Move, StepKind, TransitionSystem
+from .transition_system import AutomatonChange, Move, StepKind, TransitionSystem
 
 _NANO: Final = 1e6
 _LONGEST_GUARD: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class CounterexampleStep:
     """One step, at `time_ms`. `automaton`, `transition`, `origin` and `state` are ids of the document.
 
     `origin` is the state before a transition. `state` is the one after it, or the current state.
@@ -42,7 +42,7 @@ class Counterexample:
     checker knows no values.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[CounterexampleStep, ...]
     ends_ms: float
     repeats: int | None = None
     repeats_ms: float | None = None
@@ -112,12 +112,12 @@ class _Narrator:
         self._model = system.model
         self._system = system
 
-    def begins(self) -> Iterator[Step]:
+    def begins(self) -> Iterator[CounterexampleStep]:
         """Yield the steps in which the automata begin."""
         for change in self._system.changes(None, None):
             yield self._changed(change, 0.0)
 
-    def move(self, move: Move) -> Iterator[Step]:
+    def move(self, move: Move) -> Iterator[CounterexampleStep]:
         """Yield the steps of one cycle."""
         node = move.node
         time = move.time / _NANO
@@ -127,11 +127,11 @@ class _Narrator:
         for atom in sorted(move.choice.true):
             if atom.startswith(EVENT):
                 name = atom.removeprefix(EVENT)
-                arrives = Change(StepKind.EVENT, node.position, state)
+                arrives = AutomatonChange(StepKind.EVENT, node.position, state)
                 text = Message("the event `{name}` arrives at {automaton}", name=name, automaton=label)
                 yield self._step(time, arrives, text, event=name)
         for transition in self._holding(move):
-            holds = Change(StepKind.GUARD, node.position, state)
+            holds = AutomatonChange(StepKind.GUARD, node.position, state)
             text = Message(
                 "the guard of {transition} holds in {automaton}",
                 transition=_name(transition),
@@ -153,11 +153,13 @@ class _Narrator:
             if transition is move.choice.transition:
                 return
 
-    def _changed(self, change: Change, time: float, fired: TransitionModel | None = None) -> Step:
+    def _changed(
+        self, change: AutomatonChange, time: float, fired: TransitionModel | None = None
+    ) -> CounterexampleStep:
         index = self._system.cone[change.position]
         return self._step(time, change, self._said(index, change, fired), fired)
 
-    def _said(self, index: int, change: Change, fired: TransitionModel | None) -> Message:
+    def _said(self, index: int, change: AutomatonChange, fired: TransitionModel | None) -> Message:
         if fired is not None:
             return Message(
                 "`{origin}` -> `{target}` by {transition}",
@@ -175,20 +177,18 @@ class _Narrator:
                 return Message("`{path}` resumes", path=path)
             case StepKind.FINISHES:
                 return Message("{automaton} has finished", automaton=self._model.label(index))
-        raise AssertionError(
-            f"a change of the kind {change.kind} is described by its event, guard or transition"
-        )
+        raise AssertionError(f"a change {change.kind} is described by its event, guard or transition")
 
     def _step(
         self,
         time: float,
-        change: Change,
+        change: AutomatonChange,
         text: Message,
         transition: TransitionModel | None = None,
         event: str = "",
-    ) -> Step:
+    ) -> CounterexampleStep:
         automaton = self._model.automata[self._system.cone[change.position]]
-        return Step(
+        return CounterexampleStep(
             time_ms=time,
             automaton=automaton.source.id,
             kind=change.kind,

@@ -59,7 +59,7 @@ class Run:
 
 
 @dataclass(slots=True)
-class Outcome:
+class SearchOutcome:
     """The outcome of a search: a run, or None. If it is `complete` and None, no such run exists."""
 
     run: Run | None
@@ -141,9 +141,9 @@ class Exploration:
         ends = moves[-1].time + (0 if last else moves[-1].elapsed) if moves else self.elapsed
         return Run(self.system, self.start, tuple(moves), ends)
 
-    def came_to(self, run: Run | None) -> Outcome:
+    def came_to(self, run: Run | None) -> SearchOutcome:
         """Return the outcome of the exploration with a run, or without one."""
-        return Outcome(run, self.complete or run is not None, self.explored, self.until)
+        return SearchOutcome(run, self.complete or run is not None, self.explored, self.until)
 
 
 def find(
@@ -154,7 +154,7 @@ def find(
     within: int | None = None,
     watched: Iterable[int] = (),
     lasting: bool = False,
-) -> Outcome:
+) -> SearchOutcome:
     """Search for a `bad` configuration in the first `within` ns; with `lasting`, one in which time passes.
 
     The run is the earliest. If that takes more than half of the budget, the search continues with
@@ -170,7 +170,7 @@ def find(
     return replace(found, explored=outcome.explored + found.explored, until=outcome.until)
 
 
-def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
+def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> SearchOutcome:
     start, first = exploration.start, exploration.first
     if bad(start) and (not lasting or exploration.elapsed or first.position < 0):
         return exploration.came_to(Run(exploration.system, start, (), 0))
@@ -204,7 +204,7 @@ def newness(
     return is_new
 
 
-def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within: int | None) -> Outcome:
+def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within: int | None) -> SearchOutcome:
     """Search for a run without a `good` configuration: forever, or in the first `within` ns."""
     exploration = Exploration(system, budget, within)
     start, first = exploration.start, exploration.first

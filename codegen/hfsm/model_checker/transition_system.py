@@ -52,7 +52,7 @@ class StepKind(StrEnum):
     FINISHES = "finishes"
 
 
-class Change(NamedTuple):
+class AutomatonChange(NamedTuple):
     """A change of the automaton at a position, which is then in this state."""
 
     kind: StepKind
@@ -152,7 +152,7 @@ class TransitionSystem:
             following, elapsed = self._next(configuration, node.phase, node.position)
             yield Move(time, node, choice, configuration, following, elapsed, during)
 
-    def changes(self, node: Node | None, choice: Choice | None) -> list[Change]:
+    def changes(self, node: Node | None, choice: Choice | None) -> list[AutomatonChange]:
         """Return the changes in a cycle, in order; without a node, those at the start."""
         cycle = self._first_cycle() if node is None or choice is None else self._cycle(node, choice)
         return cycle.changes
@@ -266,7 +266,7 @@ class _Cycle:
         self, states: tuple[tuple[_State, ...], ...], initial: tuple[int, ...], locals_: list[Local]
     ) -> None:
         self.locals = locals_
-        self.changes: list[Change] = []
+        self.changes: list[AutomatonChange] = []
         self.during: list[Configuration] = []
         self._states = states
         self._initial = initial
@@ -284,7 +284,7 @@ class _Cycle:
                 self._sleep(child)
             self.during.append(tuple(self.locals))
             index = transition.target
-            self.changes.append(Change(StepKind.FIRES, position, index))
+            self.changes.append(AutomatonChange(StepKind.FIRES, position, index))
             state = self._states[position][index]
             self.locals[position] = index, flags, 0
             self.during.append(tuple(self.locals))
@@ -292,14 +292,14 @@ class _Cycle:
         if state.final:
             self.locals[position] = index, flags | FINISHED, 0
             if not flags & FINISHED:
-                self.changes.append(Change(StepKind.FINISHES, position, index))
+                self.changes.append(AutomatonChange(StepKind.FINISHES, position, index))
 
     def begin(self, position: int) -> None:
         """Begin an automaton in its initial state."""
         index = self._initial[position]
         state = self._states[position][index]
         self.locals[position] = index, ACTIVE | BEGUN | (OWED if state.owes else 0), 0
-        self.changes.append(Change(StepKind.ENTERS, position, index))
+        self.changes.append(AutomatonChange(StepKind.ENTERS, position, index))
         if not state.owes:
             self._wake_children(state)
 
@@ -317,7 +317,7 @@ class _Cycle:
     def _resume(self, position: int) -> None:
         index, flags, waited = self.locals[position]
         self.locals[position] = index, flags | ACTIVE, waited
-        self.changes.append(Change(StepKind.RESUMES, position, index))
+        self.changes.append(AutomatonChange(StepKind.RESUMES, position, index))
         state = self._states[position][index]
         if not flags & OWED and not state.final:
             for child in state.children:
@@ -329,7 +329,7 @@ class _Cycle:
             for child in self._states[position][index].children:
                 self._sleep(child)
             self.locals[position] = index, flags & ~ACTIVE, waited
-            self.changes.append(Change(StepKind.GHOST, position, index))
+            self.changes.append(AutomatonChange(StepKind.GHOST, position, index))
 
 
 def _have_finished(configuration: Configuration, state: _State) -> bool:

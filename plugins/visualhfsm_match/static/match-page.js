@@ -86,7 +86,9 @@ class MatchDrawing {
     this.followed = view ? (this.bodies[Number(index)] ?? ball) : undefined;
     this.viewpoints.fit(this.followed?.size);
     this.viewpoints.choose(/** @type {View} */ (view || "home"), this.followed, []);
-    if (!view) this.#seeAll();
+    if (view) return;
+    this.#seeAll();
+    this.draw();
   }
 
   draw() {

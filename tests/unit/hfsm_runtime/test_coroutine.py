@@ -7,15 +7,15 @@ from collections.abc import Callable
 
 import pytest
 
-from hfsm_runtime._replay.script import Record, ReplayEndedError, Want
+from hfsm_runtime._replay.script import ReplayEndedError, TimedMessage, Want
 from hfsm_runtime.coroutine import Coroutine, current_coroutine
 from hfsm_runtime.recording_file.messages import Reading
 
 NOW = Want("now")
 
 
-def reading(value: object) -> Record:
-    return Record(0, "/readings", Reading("automaton 1", "now", value), b"")
+def reading(value: object) -> TimedMessage:
+    return TimedMessage(0, "/readings", Reading("automaton 1", "now", value), b"")
 
 
 def ask() -> object:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import find_body
-from naoserver_sim._share import PLACES, STATE, Part
+from naoserver_sim._share import PLACES, STATE, RobotData
 from naoserver_sim._surroundings import add_surroundings
 from naoserver_sim._together import Placed, stand_together
 from naoserver_sim.model import add_robot, new_spec
@@ -30,7 +30,7 @@ def standing():
 @pytest.mark.parametrize("number", range(len(BODIES)), ids=BODIES)
 def test_what_a_robot_finds_in_its_share_is_its_own(standing, number):
     models, data = standing
-    model, part = models[number], Part(data, models[number].share)
+    model, part = models[number], RobotData(data, models[number].share)
     whole, own, prefix = model.whole, model.mj, model.share.prefix
     for joint in model.body.joint_names:
         assert part.qpos[own.joint(joint).qposadr[0]] == data.joint(prefix + joint).qpos[0]
@@ -50,7 +50,7 @@ def test_what_a_robot_finds_in_its_share_is_its_own(standing, number):
 
 def test_a_part_shows_what_is_written_to_the_whole(standing):
     models, data = standing
-    part = Part(data, models[1].share)
+    part = RobotData(data, models[1].share)
     part.ctrl[0] = 0.125
     prefix = models[1].share.prefix
     assert data.actuator(prefix + models[1].mj.actuator(0).name).ctrl[0] == 0.125

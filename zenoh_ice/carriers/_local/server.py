@@ -25,7 +25,7 @@ from zenoh_ice.carriers._local.memory import Arena
 from zenoh_ice.data.codec import DECODE_ERRORS, LARGEST_BULK, Pieces
 from zenoh_ice.data.exceptions import MarshalException
 from zenoh_ice.threads.limits import LIMITS, Limits
-from zenoh_ice.threads.pool import Job, Kind, Pool, Source
+from zenoh_ice.threads.pool import Job, JobKind, Pool, Source
 from zenoh_ice.transport import Receiver, refusal
 
 _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
@@ -53,7 +53,7 @@ class LocalServer(Source):
         self.limits: Final = limits
         self.pool: Final = pool
         self.receivers: Final = receivers
-        self.kind: Final = Kind()
+        self.kind: Final = JobKind()
         """Of what every channel does."""
         self._lock: Final = threading.Lock()
         self._channels: Final[set[ServerChannel]] = set()

@@ -31,7 +31,7 @@ from zenoh_ice.data.keys import Target, client_token
 from zenoh_ice.data.text import without_source
 from zenoh_ice.data.wire import ERROR_ENCODING
 from zenoh_ice.settings import Settings
-from zenoh_ice.threads.pool import Job, Kind, Pool
+from zenoh_ice.threads.pool import Job, JobKind, Pool
 from zenoh_ice.transport import NoAnswer, Outcome, Receiver, Registration, outcome_of, refusal
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
@@ -227,7 +227,7 @@ class NetworkCalls:
         settings, result = network.settings, operation.result
         self._network: Final = network
         self._limit: Final = result.size_limit
-        self._kind: Kind | None = None
+        self._kind: JobKind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         bulk = operation.arguments.holds_bytes or result.holds_bytes
         # A blocked link may block the sender for the limit of the settings, after which Zenoh closes the

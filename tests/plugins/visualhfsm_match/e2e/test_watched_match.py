@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.documents import document, state, sub
@@ -30,10 +31,23 @@ def address_of(process: ComponentProcess) -> str:
     return str(process.wait_for(r"watch it at (http://127\.0\.0\.1:\S+)")[1])
 
 
-def orange(page: Page) -> int:
-    """Return how many pixels of the match have the color of the ball, and of parts of robots."""
+def picture_of(page: Page) -> NDArray[np.uint8]:
+    """Return the match as it is seen."""
     picture = cv2.imdecode(np.frombuffer(page.locator(".stage").screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None
+    return np.asarray(picture, np.uint8)
+
+
+def assert_whole_field(page: Page) -> None:
+    picture = picture_of(page)
+    sides = picture[1:, [0, -1]]  # without what the line of the head leaves of a row of pixels
+    assert np.ptp(sides.reshape(-1, 3), axis=0).max() == 0, "no part of the field is cut off"
+    assert np.ptp(picture) > 100, "the field is seen"
+
+
+def orange(page: Page) -> int:
+    """Return how many pixels of the match have the color of the ball, and of parts of robots."""
+    picture = picture_of(page)
     return cv2.countNonZero(cv2.inRange(picture, np.array([0, 40, 150]), np.array([60, 160, 255])))
 
 
@@ -72,19 +86,14 @@ def test_a_match_is_seen_as_it_is_played_and_to_the_end(browser: Browser, tmp_pa
                 "width => document.querySelector('.stage canvas').clientWidth <= width", arg=width
             )
             assert page.evaluate("document.documentElement.scrollWidth") <= width
-            picture = cv2.imdecode(
-                np.frombuffer(page.locator(".stage").screenshot(), np.uint8), cv2.IMREAD_COLOR
-            )
-            assert picture is not None
-            sides = picture[1:, [0, -1]]  # without what the line of the head leaves of a row of pixels
-            assert np.ptp(sides.reshape(-1, 3), axis=0).max() == 0, "no part of the field is cut off"
-            assert np.ptp(picture) > 100, "the field is seen"
+            assert_whole_field(page)
         near = []
         views = page.get_by_label("View of the match")
         for view in ("Ball: Around", "Ball: Top", "red1: Behind"):
             views.select_option(label=view)
             near.append(orange(page))
         views.select_option(label="Whole field")
+        assert_whole_field(page)
         assert min(near) > 10 * orange(page) > 0
         assert troubles == []
     with pytest.raises(ConnectionRefusedError):

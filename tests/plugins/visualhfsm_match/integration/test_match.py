@@ -27,7 +27,7 @@ from visualhfsm_match._command import tournament as play_all
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
 from visualhfsm_match._rules import RULES, load_rules
-from visualhfsm_match._series import Answer, Match, Matches, Played, pack, team_names
+from visualhfsm_match._series import Match, MatchAnswer, Matches, Played, pack, team_names
 from visualhfsm_match._table import table_of
 
 pytestmark = [pytest.mark.sim, pytest.mark.slow]
@@ -254,9 +254,9 @@ def test_each_document_of_a_tournament_has_the_kick_off_as_often(
     standing(tmp_path, "other")
     plans: list[Plan] = []
 
-    def seen(_: Matches, match: Match) -> Answer:
+    def seen(_: Matches, match: Match) -> MatchAnswer:
         plans.append(match.plan)
-        return Answer(refused="it was only looked at")
+        return MatchAnswer(refused="it was only looked at")
 
     monkeypatch.setattr(Matches, "run", seen)
     tournament_of(tmp_path, "--matches", "4")

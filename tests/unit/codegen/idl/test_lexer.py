@@ -6,7 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen._idl.lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
+from codegen._idl.lexer import (
+    LiteralError,
+    Source,
+    Token,
+    TokenKind,
+    parse_float,
+    parse_integer,
+    parse_string,
+)
 from tests.support.slice_texts import slice_like_texts
 
 
@@ -14,33 +22,33 @@ def tokens(text: str) -> list[Token]:
     return Source(Path("a.idl"), text).tokens
 
 
-def shapes(text: str) -> list[tuple[Kind, str]]:
+def shapes(text: str) -> list[tuple[TokenKind, str]]:
     return [(token.kind, token.text) for token in tokens(text)[:-1]]
 
 
 def test_words_marks_and_literals_are_distinguished() -> None:
     assert shapes('struct S { ::a::B x = -5; } "s\\"t" 1.5e-3f 0x1F') == [
-        (Kind.KEYWORD, "struct"),
-        (Kind.NAME, "S"),
-        (Kind.PUNCTUATION, "{"),
-        (Kind.PUNCTUATION, "::"),
-        (Kind.NAME, "a"),
-        (Kind.PUNCTUATION, "::"),
-        (Kind.NAME, "B"),
-        (Kind.NAME, "x"),
-        (Kind.PUNCTUATION, "="),
-        (Kind.INTEGER, "-5"),
-        (Kind.PUNCTUATION, ";"),
-        (Kind.PUNCTUATION, "}"),
-        (Kind.STRING, '"s\\"t"'),
-        (Kind.FLOAT, "1.5e-3f"),
-        (Kind.INTEGER, "0x1F"),
+        (TokenKind.KEYWORD, "struct"),
+        (TokenKind.NAME, "S"),
+        (TokenKind.PUNCTUATION, "{"),
+        (TokenKind.PUNCTUATION, "::"),
+        (TokenKind.NAME, "a"),
+        (TokenKind.PUNCTUATION, "::"),
+        (TokenKind.NAME, "B"),
+        (TokenKind.NAME, "x"),
+        (TokenKind.PUNCTUATION, "="),
+        (TokenKind.INTEGER, "-5"),
+        (TokenKind.PUNCTUATION, ";"),
+        (TokenKind.PUNCTUATION, "}"),
+        (TokenKind.STRING, '"s\\"t"'),
+        (TokenKind.FLOAT, "1.5e-3f"),
+        (TokenKind.INTEGER, "0x1F"),
     ]
 
 
 def test_a_backslash_makes_a_keyword_a_name() -> None:
     (token, _) = tokens(r"\module")
-    assert (token.kind, token.text, token.escaped) == (Kind.NAME, "module", True)
+    assert (token.kind, token.text, token.escaped) == (TokenKind.NAME, "module", True)
     assert token.location.length == len(r"\module")
 
 
@@ -56,17 +64,17 @@ def test_doc_comments_go_to_the_token_behind_or_before_them() -> None:
 
 @pytest.mark.parametrize("text", ["3f", "0X10", "12abc", "0xG", "$", "é", "'", "a # b"])
 def test_what_slice_does_not_know_is_one_invalid_token(text: str) -> None:
-    assert [token.kind for token in tokens(text)].count(Kind.INVALID) == 1
+    assert [token.kind for token in tokens(text)].count(TokenKind.INVALID) == 1
 
 
 @pytest.mark.parametrize("text", ['"abc', '"abc\n"'[:4], "/* abc", "/*/"])
 def test_what_has_no_end_is_reported(text: str) -> None:
-    assert tokens(text)[0].kind is Kind.UNTERMINATED
+    assert tokens(text)[0].kind is TokenKind.UNTERMINATED
 
 
 def test_a_directive_reaches_over_continued_lines_and_comments() -> None:
     found = tokens("  #define A \\\n  5 /* two\nlines */ 6\n/* c */ # define B")
-    assert [token.kind for token in found] == [Kind.DIRECTIVE, Kind.DIRECTIVE, Kind.END]
+    assert [token.kind for token in found] == [TokenKind.DIRECTIVE, TokenKind.DIRECTIVE, TokenKind.END]
 
 
 @given(slice_like_texts())

@@ -24,7 +24,7 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.html_file import check_place
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.run_log import RunLog
-from visualhfsm._monitor.run_page import Run, run_page, write_run_page
+from visualhfsm._monitor.run_page import ExportedRun, run_page, write_run_page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
@@ -39,8 +39,8 @@ def drawn(name: str = "stand", code: str = "beats = 1") -> Document:
     )  # fmt: skip
 
 
-def run(**changes: Any) -> Run:
-    return replace(Run("walker", dance_and_follow(), recorded(3.0), drawn()), **changes)
+def run(**changes: Any) -> ExportedRun:
+    return replace(ExportedRun("walker", dance_and_follow(), recorded(3.0), drawn()), **changes)
 
 
 def modules(page: str) -> dict[str, str]:

@@ -21,7 +21,7 @@ from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.messages import PartLimits, Robot, Simulation
 from visualhfsm._monitor.realm.robot import RobotPresence
-from visualhfsm._processes.robots import StartedRobot, World
+from visualhfsm._processes.robots import StartedRobot, WorldFacts
 from zenoh_ice import Settings
 
 pytestmark = pytest.mark.slow
@@ -85,7 +85,7 @@ def stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "visualhfsm._processes.robots.child_environment", lambda: found | {"PYTHONPATH": path}
     )
-    worlds = [World(name, NO_MESSAGE, balls=True) for name in ("balls", "broken", "late")]
+    worlds = [WorldFacts(name, NO_MESSAGE, balls=True) for name in ("balls", "broken", "late")]
     monkeypatch.setattr("visualhfsm._processes.robots.find_worlds", lambda: worlds)
 
 

@@ -18,7 +18,7 @@ from tests.support.waiting import until
 from zenoh_ice import BusyException
 from zenoh_ice.threads._starting import PULSE_PERIOD, UserCodeThread
 from zenoh_ice.threads.limits import Limits
-from zenoh_ice.threads.pool import Job, Kind, Pool, Source
+from zenoh_ice.threads.pool import Job, JobKind, Pool, Source
 
 WATCH = 1  # thread of a pool
 
@@ -26,7 +26,7 @@ WATCH = 1  # thread of a pool
 class Feed(Source):
     """A source of jobs: numbers that are sent to it."""
 
-    def __init__(self, kind: Kind, run: Callable[..., object]) -> None:
+    def __init__(self, kind: JobKind, run: Callable[..., object]) -> None:
         self.kind = kind
         self.taken: list[int] = []
         self.most_takers = 0
@@ -184,7 +184,7 @@ def test_a_source_that_is_detached_during_a_job_gives_no_further_one() -> None:
         entered.set()
         leave.wait(FOREVER)
 
-    source = Feed(Kind(quick=True), execute)
+    source = Feed(JobKind(quick=True), execute)
     pool.attach(source)
     source.send(1)
     assert entered.wait(EVENT_LIMIT)
@@ -249,7 +249,7 @@ def test_closing_ignores_what_comes_later(pool: Pool) -> None:
     source = Feed(pool.kind(), lambda number: None)
     pool.attach(source)
     assert pool.close(EVENT_LIMIT)
-    late = Feed(Kind(), lambda number: None)
+    late = Feed(JobKind(), lambda number: None)
     pool.attach(late)
     pool.detach(late)
     pool.detach(source)
@@ -298,7 +298,7 @@ def occupy_one(feed: MakeFeed, leave: threading.Event) -> None:
 
 def test_the_last_free_thread_serves_files_submitted_and_other_jobs(scarce: Pool, feed: MakeFeed) -> None:
     executed, leave = threading.Semaphore(0), threading.Event()
-    scarce.place = lambda query: (Kind(), executed.release)
+    scarce.place = lambda query: (JobKind(), executed.release)
     source = feed(lambda number: executed.release())
     occupy_one(feed, leave)
     for number in range(5):

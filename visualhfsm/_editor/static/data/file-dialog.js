@@ -2,9 +2,9 @@
  * Choose a document among those that the server can reach.
  *
  * @import {From} from "./element.js"
- * @import {Entry as Listed} from "./protocol.js"
+ * @import {ListedEntry} from "./protocol.js"
  * @typedef {import("../kit/dialog.js").Close<string>} Close
- * @typedef {Pick<Listed, "name" | "path" | "kind"> & Partial<Listed>} Entry
+ * @typedef {Pick<ListedEntry, "name" | "path" | "kind"> & Partial<ListedEntry>} Entry
  */
 
 import {html, nothing} from "lit";

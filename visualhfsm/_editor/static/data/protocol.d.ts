@@ -452,7 +452,7 @@ export interface Definition {
 /** How success depends on a quantity. */
 export interface Dependence {
   name: string;
-  parts: Part[];
+  parts: PartView[];
 }
 
 /** A difference: a whole element, or a `part` of one with its text before and after. */
@@ -509,15 +509,6 @@ export interface Done {
 export interface Download {
   name: string;
   text: string;
-}
-
-/** An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970. */
-export interface Entry {
-  changedAt: number;
-  kind: "directory" | "document" | "model" | "recording";
-  name: string;
-  path: string;
-  size: number;
 }
 
 /** An error in user code or in the hand-over between automata. */
@@ -594,7 +585,7 @@ export interface Greeting {
   root: string;
   templates: Template[];
   viewer: boolean;
-  worlds: World[];
+  worlds: WorldFacts[];
 }
 
 /** The last value of a condition out of the current state. */
@@ -707,10 +698,19 @@ export interface Library {
   kind: string;
 }
 
+/** An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970. */
+export interface ListedEntry {
+  changedAt: number;
+  kind: "directory" | "document" | "model" | "recording";
+  name: string;
+  path: string;
+  size: number;
+}
+
 /** The content of a directory. */
 export interface Listing {
   directory: string;
-  entries: Entry[];
+  entries: ListedEntry[];
   parent: string | null;
 }
 
@@ -853,7 +853,7 @@ export interface ParameterStructure {
 }
 
 /** The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers. */
-export interface Part {
+export interface PartView {
   label: string;
   share: Rate;
   means: [string, number][];
@@ -1414,7 +1414,7 @@ export interface StateStructure {
   restart: boolean;
 }
 
-/** A step of a run, as `codegen.hfsm.model_checker.Step` has it; the rest are ids of the document. */
+/** A step of a run, as `CounterexampleStep` of the model checker; the rest are ids of the document. */
 export interface Step {
   timeMs: number;
   automaton: number;
@@ -1619,7 +1619,7 @@ export interface WorkspacePush {
 }
 
 /** A world of the simulation; `balls` says whether it has balls that can be moved. */
-export interface World {
+export interface WorldFacts {
   name: string;
   description: string;
   balls: boolean;
