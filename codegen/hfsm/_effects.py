@@ -14,13 +14,12 @@ from typing import Any, Final, TypeVar
 
 from ..diagnostics import Location, Note
 from ..messages import Message
-from ._definitions import Definitions, is_static
+from ._definitions import is_static
 from ._evaluation import Evaluation, ends
-from ._literals import literals_of
-from ._piece_effects import Effects, ProxyCall, anything
+from ._known_code import NOWHERE, KnownCode
+from ._piece_effects import Effects, anything
 from ._possible_values import (
     COMPONENT,
-    CONTAINER,
     DATA,
     NOTHING,
     NUMBER,
@@ -29,57 +28,29 @@ from ._possible_values import (
     UNSURE,
     WHOLE,
     Names,
-    Value,
     Values,
     add_values,
     defaults_of,
     of_constant,
     parameters_of,
-    united,
 )
 from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
-from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, identifier
 from .code.text import evaluated_at_once
 from .document import NO_CHILD, Argument, Parameter, Result, State, Text
 
 _MOST_CALLS: Final = 300  # of functions with different values
 _Item = TypeVar("_Item", Argument, Result)
-_NOWHERE: Final = ast.Module([], [])
-_HIDDEN: Final = frozenset({"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"})
 _Call = tuple[str, tuple[tuple[str, Values], ...]]  # a function, and the values of its parameters
 
 
-class CodeEffects:
+class CodeEffects(KnownCode):
     """The effects of the code of a document, piece by piece."""
 
     def __init__(self, analysis: Analysis) -> None:
+        super().__init__(analysis)
         document = analysis.document
-        self.analysis: Final = analysis
-        self.definitions = Definitions(analysis)
-        self.attributes: Names = {each.name: _given(each) for each in document.parameters}
-        """The values of attributes that code assigns."""
-        self.escaped: set[Value] = {SELF} if self.definitions.is_exposed else set()
-        """The capabilities that code has which cannot be followed, and `DATA` if it may change in place."""
-        self.contents: Values = NOTHING
-        """What may be in containers."""
-        self.local: dict[str, Effects] = {}
-        self.parameters: dict[str, Names] = {}
-        """The effects of nested functions and lambdas, and the values of their parameters."""
-        self.waited: Final = sorted(
-            {
-                each.trigger.text.strip()
-                for automaton in document.automata
-                for each in automaton.transitions
-                if each.type == "event"
-            }
-        )
-        """The events that transitions wait for."""
-        self.literals: Final = literals_of(analysis)
-        self.is_total: dict[ast.Compare, bool] = {}
-        """Whether what each comparison compares is in order: whole numbers, or texts."""
-        self.called_kinds: dict[ast.Call, frozenset[str]] = {}
-        """The kinds of what each call may call."""
+        self.attributes = {each.name: _given(each) for each in document.parameters}
         self._known: dict[_Call, Effects] = {}
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""
@@ -110,7 +81,7 @@ class CodeEffects:
         """Return all that may happen while a text of the document runs, also by what escaped elsewhere."""
         piece = self.analysis.piece(text)
         if piece is None:
-            return anything(_NOWHERE) if self.analysis.is_broken(text) else Effects()
+            return anything(NOWHERE) if self.analysis.is_broken(text) else Effects()
         own = self.of_piece(piece)
         if not self.escaped - {DATA}:
             return own
@@ -149,43 +120,6 @@ class CodeEffects:
         if not found and self._wild.any_event:
             found.append(Note(Message("this code may send any event"), Location(self.analysis.path)))
         return tuple(found)
-
-    def effects_of(self, value: Value) -> Effects:
-        """Return what code may do that has a capability."""
-        match value.kind:
-            case "self":
-                return anything(_NOWHERE)
-            case "send":
-                return Effects(any_event=[_NOWHERE])
-            case "proxy":
-                return Effects(any_call=[_NOWHERE])
-            case "operation":
-                return Effects(possible={ProxyCall(*value.name.split(".", 1))})
-            case "function":
-                function = self.definitions.functions[value.name]
-                found = self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
-                self._give_away(found.returned)
-                return found
-            case "local":
-                local = self.local.get(value.name, Effects())
-                self._give_away(local.returned)
-                return local
-        return Effects()
-
-    def _give_away(self, values: Values) -> None:
-        """Let others have what a function returns: they may change it in place."""
-        self.escaped |= values & {DATA}
-        if values & CONTAINER:
-            self.contents = united(self.contents, UNSURE)
-
-    def names_of_component(self) -> set[str]:
-        """Return the attributes of the component that code can read, without special ones."""
-        known, states = self.definitions, self.analysis.document.states()
-        names = {*_HIDDEN, *COMPONENT_ATTRIBUTES, *COMPONENT_ALIASES, *known.proxies, *known.defined}
-        for _, state in states:  # what builds the automata again
-            method = f"automaton_{identifier(state.name, 'state')}"
-            names |= {method, *(f"{method}_{child}" for child in state.children)}
-        return names
 
     def _follow(self) -> None:
         """Evaluate all code until no name gets a new value: the effects are then complete."""
@@ -251,7 +185,7 @@ class CodeEffects:
         """Give up: code that cannot be followed has the component."""
         self.definitions.is_opaque = True
         self.escaped.add(SELF)
-        return anything(_NOWHERE)
+        return anything(NOWHERE)
 
     def _exchange(self, code: AutomatonCode, names: Names) -> None:
         """Give the values of arguments to the inputs of automata, and those of outputs to variables."""

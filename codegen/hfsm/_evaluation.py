@@ -27,9 +27,10 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from ._definitions import FINDERS, UNKNOWN, Answer, is_static, yields
+from ._known_code import KnownCode
 from ._literals import Items
 from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
@@ -67,9 +68,6 @@ from ._possible_values import (
     united,
 )
 from .code.text import binds, bound_names, child_nodes, dotted, evaluated_at_once
-
-if TYPE_CHECKING:
-    from ._effects import CodeEffects
 
 _HARMLESS: Final = frozenset({"bool", "print", "repr", "str"})
 _DISPLAYS: Final = (ast.Constant, ast.Dict, ast.List, ast.Set, ast.Tuple)
@@ -123,7 +121,7 @@ class Evaluation:
 
     def __init__(
         self,
-        code: CodeEffects,
+        code: KnownCode,
         names: Names,
         context: str,
         automaton: int = 0,
