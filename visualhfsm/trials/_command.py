@@ -170,22 +170,22 @@ def _run_series(where: Where, plans: Sequence[Plan], out: Path | None, report: P
 
     if len(plans) > 1:
         require_scipy()  # now, not after the trials
-    console, names = where.console, _names(plans)
+    console, places = where.console, _places(plans, out)
     summaries = []
-    for plan, name in zip(plans, names, strict=True):
-        file = _folder(plan, out) / (name + SUFFIX)
+    for plan, place in zip(plans, places, strict=True):
+        file = place.with_name(place.name + SUFFIX)
         summaries.append(run_all(where, plan, file))
         if report is not None:
             _write_page(where, report, plan, summaries[-1], file)
-    for summary, name in zip(summaries, names, strict=True):
-        show(console, summary, name)
+    for summary, place in zip(summaries, places, strict=True):
+        show(console, summary, place.name)
     if plans[0].success.state is None and plans[0].success.function is None:
         counts = "".join(f", {each}" for each in facts_of(plans[0], "").counts)
         words = f"no error ends it within {plans[0].limit:g} s{counts}"
         console.print(f"Success: {words}; --success STATE asks for more.", style="dim", highlight=False)
     if len(summaries) == 2:
         comparison = Comparison(*summaries, limit=max(plan.limit for plan in plans))
-        show_comparison(console, comparison, (names[0], names[1]))
+        show_comparison(console, comparison, (places[0].name, places[1].name))
 
 
 def _tune(where: Where, plan: Plan, settings: int, cost: str, out: Path | None) -> None:
@@ -198,7 +198,7 @@ def _tune(where: Where, plan: Plan, settings: int, cost: str, out: Path | None) 
     from ._terminal import show, show_comparison
 
     require_scipy()  # now, not after the trials
-    path = _folder(plan, out) / Path(plan.document).stem
+    (path,) = _places([plan], out)
     tuning = find_tuner(plan, settings=settings, cost=cost)
     found = search(where, tuning, path.name, path.with_name(path.name + _TUNING))
     plans = {"untuned": tuning.fresh, "tuned": tuning.with_parameters(found, tuning.fresh)}
@@ -214,17 +214,12 @@ def _tune(where: Where, plan: Plan, settings: int, cost: str, out: Path | None) 
             where.console.print(f"  {border}", style="yellow", highlight=False)
 
 
-def _folder(plan: Plan, out: Path | None) -> Path:
-    """Return where the outcomes of a plan are kept."""
-    return out or Path(plan.document).parent
-
-
-def _names(plans: Sequence[Plan]) -> list[str]:
-    """Return the names of the plans' outcomes: those of their documents, numbered where they are alike."""
+def _places(plans: Sequence[Plan], out: Path | None) -> list[Path]:
+    """Return where the outcomes of each plan are kept, without an ending; numbered where two are alike."""
     stems = [Path(plan.document).stem for plan in plans]
-    return (
-        stems if len(set(stems)) == len(stems) else [f"{stem}-{index}" for index, stem in enumerate(stems, 1)]
-    )
+    if len(set(stems)) < len(stems):
+        stems = [f"{stem}-{index}" for index, stem in enumerate(stems, 1)]
+    return [(out or Path(plan.document).parent) / stem for plan, stem in zip(plans, stems, strict=True)]
 
 
 def _write_page(where: Where, path: Path, plan: Plan, summary: Summary, file: Path) -> None:
@@ -232,9 +227,9 @@ def _write_page(where: Where, path: Path, plan: Plan, summary: Summary, file: Pa
     from ._page import write_trials_page
     from ._series import Series
 
-    series = Series(plan)
+    record = partial(Series(plan).record, workers=where.workers)
     with where.console.status("runs the worst trials again, to record them"):
-        size = write_trials_page(path, plan, summary, file, partial(series.record, workers=where.workers))
+        size = write_trials_page(path, plan, summary, file, record)
     where.console.print(f"{path}: {size / 1e6:.1f} MB")
 
 

@@ -46,7 +46,7 @@ _SAME: Final = 1e-6
 
 def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] | None = None) -> TrialsView:
     """Return the view of a summary; `file` has its outcomes. `pages` are those of recordings by number."""
-    ways = summary.ways[:_MOST_WAYS]
+    ways, own = summary.ways[:_MOST_WAYS], summary.own_numbers[:_MOST_MEANS]
     wanted = {way.numbers[0] for way in ways} | {row.number for row in summary.worst}
     timelines = _timelines(read_outcomes(file), wanted)
     return TrialsView(
@@ -59,10 +59,8 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
             Dependence(
                 _cut(name),
                 [
-                    PartView(
-                        _cut(part.label), part.rate, _means(part.means, summary.own_numbers[:_MOST_MEANS])
-                    )
-                    for part in parts[:_MOST_PARTS]
+                    PartView(_cut(each.label), each.rate, _means(each.means, own))
+                    for each in parts[:_MOST_PARTS]
                 ],
             )
             for name, parts in islice(summary.dependences.items(), _MOST_PLOTS)
