@@ -191,6 +191,27 @@ def test_an_automaton_that_restarts_has_made_no_transition() -> None:
     assert child.last_transition == 0
 
 
+def test_an_automaton_that_restarts_is_forced_to_nothing() -> None:
+    tree = nested()
+    tree.start(0)
+    child = tree.actors[1]
+    child.forced = child.automaton.transitions[0]
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    assert child.forced is None
+
+
+def test_a_ghost_leaves_no_state() -> None:
+    below = automaton(3, "below", [State(id=1, name="x")])
+    child = automaton(2, "child", [State(id=1, name="a", children=(below,))])
+    states = [State(id=1, name="here", children=(child,)), State(id=2, name="there")]
+    tree = Tree(automaton(1, "root", states, [after(1.0, 1, 2)]))
+    tree.start(0)
+    assert tree.leave(tree.actors[1], 0)
+    go(tree, tree.root, tree.root.automaton.transitions[0])
+    assert not tree.leave(tree.actors[1], 1)
+
+
 def test_what_a_final_state_owns_stays_asleep_when_the_automaton_resumes() -> None:
     below = automaton(3, "below", [State(id=1, name="x")])
     states = [State(id=1, name="a"), State(id=2, name="end", final=True, children=(below,))]
