@@ -117,7 +117,12 @@ def keep_source(automaton: FunctionType) -> None:
     automaton.__globals__[_SOURCE] = read_source("".join(linecache.getlines(file)))
 
 
-def documents_of(component: str, folder: Path) -> dict[str, str]:
+def kept_source(namespace: Mapping[str, Any], file: str) -> Source:
+    """Return the source that is kept with a component's module; before it has a class, that of its file."""
+    return namespace.get(_SOURCE) or read_source("".join(linecache.getlines(file)))
+
+
+def texts_of_documents(component: str, folder: Path) -> dict[str, str]:
     """Return the documents in a folder from which the text of a component was generated, by name."""
     source, found = read_source(component), {}
     for name in (source.document, *source.imported.values()):
@@ -146,7 +151,7 @@ def line_of_frame(frame: FrameType, file: str) -> Line | None:
 def _first_line(lines: Iterable[tuple[FrameType, int]], file: str) -> Line | None:
     for frame, number in lines:
         if frame.f_code.co_filename == file:
-            return Line(file, number, _source_of(frame.f_globals, file))
+            return Line(file, number, kept_source(frame.f_globals, file))
     return None
 
 
@@ -186,7 +191,7 @@ def place_of_result(function: Callable[..., object]) -> tuple[str, str]:
         if each.opname.startswith("RETURN_") and each.positions is not None and each.positions.lineno
     ]
     file = code.co_filename
-    source = _source_of(getattr(function, "__globals__", {}), file)
+    source = kept_source(getattr(function, "__globals__", {}), file)
     places = (Line(file, number, source) for number in lines)
     return next((str(each) for each in places if each.code is not None), ""), file
 
@@ -208,7 +213,7 @@ def place_of_assignment(functions: Iterable[Callable[..., object]], name: str) -
             and each.positions is not None
         ]
         if stores and (number := stores[-1]):
-            source = _source_of(getattr(function, "__globals__", {}), code.co_filename)
+            source = kept_source(getattr(function, "__globals__", {}), code.co_filename)
             return str(Line(code.co_filename, number, source))
     return ""
 
@@ -222,11 +227,6 @@ def text_of_guard(guard: Callable[..., object]) -> str:
     index = bisect_right(source.codes, code.co_firstlineno, key=attrgetter("first"))
     text = "".join(each.text for each in source.codes[index : index + 1])  # what follows the `def`
     return " ".join(text.split()).removeprefix("return ")
-
-
-def _source_of(namespace: Mapping[str, Any], file: str) -> Source:
-    # While the module is being imported it has no class yet.
-    return namespace.get(_SOURCE) or read_source("".join(linecache.getlines(file)))
 
 
 @lru_cache(maxsize=8)

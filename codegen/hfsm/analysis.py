@@ -29,7 +29,6 @@ from .code.text import (
     all_nodes,
     as_class,
     as_function,
-    binds,
     bound_names,
     child_nodes,
     dotted,
@@ -140,17 +139,6 @@ class Piece:
                 case ast.Attribute(attr=name) | ast.Constant(value=str(name)):
                     found.add(name)
         return frozenset(found)
-
-    @cached_property
-    def has_other_self(self) -> bool:
-        """Whether `self` may be something else than the component in a part of it."""
-        methods = [each for each in self.tree.body if isinstance(each, ast.FunctionDef)]
-        methods = [each for each in methods if self.is_functions and not each.decorator_list]
-        own = {parameter for each in methods for parameter in each.args.args[:1]}
-        return any(
-            (isinstance(node, ast.arg) and node.arg == "self" and node not in own) or "self" in binds(node)
-            for node in all_nodes(self.tree)
-        )
 
     @cached_property
     def accesses(self) -> tuple[Access, ...]:

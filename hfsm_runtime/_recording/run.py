@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import inspect
-import linecache
 import logging
 import platform
 import random
@@ -33,7 +32,7 @@ from .._timeline import Timeline
 from ..component import Component, parameter_values, proxies_of, source_of
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError, ReloadRefusedError
 from ..kinds import kinds_of
-from ..places import read_source
+from ..places import kept_source
 from ..tree import Actor, Phase, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .recorder import LogRecorder, Recorder, automaton_context
@@ -269,7 +268,7 @@ def _sources(component: Component) -> dict[str, str]:
     classes = (base for base in type(component).__mro__ if base not in (object, Component))
     if extension.name in {Path(inspect.getfile(base)).name for base in classes}:
         found[f"{by_hand}/{extension.name}"] = extension
-    names = read_source("".join(linecache.getlines(str(file)))).imported.values()
+    names = kept_source(type(component).automaton.__globals__, str(file)).imported.values()
     found |= {f"{imported}/{name}": file.parent / name for name in names}
     texts: dict[str, str] = {}
     for name, path in found.items():

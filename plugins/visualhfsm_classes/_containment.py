@@ -22,7 +22,7 @@ from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
 from hfsm_runtime.errors import ComponentError, VariablesError
-from hfsm_runtime.places import PLACE, documents_of
+from hfsm_runtime.places import PLACE, texts_of_documents
 from hfsm_runtime.virtual import BehaviorFailed
 from visualhfsm.simulation import Behavior, DocumentInvalid
 from visualhfsm_classes._compile import LARGEST_COMPONENT, LIMIT, READY
@@ -238,7 +238,7 @@ class _Code:
             requests.now,
             f"{path.stem}.py",
             text,
-            documents_of(text, path.parent),
+            texts_of_documents(text, path.parent),
             self._walls.include,
             values,
             sandbox.limits,

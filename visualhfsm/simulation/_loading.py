@@ -25,7 +25,7 @@ from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.loading import naming_libraries
-from hfsm_runtime.places import documents_of, keep_in_memory
+from hfsm_runtime.places import keep_in_memory, texts_of_documents
 from hfsm_runtime.virtual.errors import ExecutionError, says_it_all
 
 __tracebackhide__ = says_it_all
@@ -94,7 +94,7 @@ def load_component(
     if on_disk:
         linecache.checkcache(file)
     else:
-        documents = documents_of(text, path.parent)
+        documents = texts_of_documents(text, path.parent)
         if content is not None:
             documents[path.name] = write_document(content)
         keep_in_memory(file, text, documents)
