@@ -2,7 +2,8 @@
 #   make demo [SECONDS=60]   set everything up and watch a simulated Nao follow a ball and dance
 #   make check               format, lint, check types and run the quick unit tests: after each change
 #   make test                set everything up and run the quick tests, those of the README's promises too
-#   make test-all            run every other test, lint, and build the docs: what CI runs after `make test`
+#   make test-all            run every other test, lint, and build the docs: what CI runs after `make test`;
+#                            PLUGINS="ros2 match" runs all tests of these plug-ins, and no others
 #   make findings            run what surprised us about libraries of others: minutes, with their packages
 #   make soak                repeat what only repetition finds, for hours, in parts that can be resumed
 #   make docs                build the documentation as a site in site/
@@ -35,7 +36,8 @@ quick-tests quick full-units full-others coverage soak: export OPENBLAS_NUM_THRE
 # (logical), and half as many more where they wait for processes, browsers and robots. Beside these, slow unit tests have
 # half as many (auto). All notice when they get no processor for seconds, so only linters give way.
 PYTEST := $(BIN)/python -m pytest -q --dist worksteal
-UNITS := $(wildcard tests/unit tests/plugins/*/unit)
+# What only `make test-all` runs, beside slow unit tests: PLUGINS="ros2 match" chooses among the plug-ins.
+OTHERS := $(if $(PLUGINS),$(PLUGINS:%=plugins/%/tests),--ignore=tests/unit --ignore=tests/doors tests $(wildcard plugins/*/tests))
 
 .PHONY: help demo check test soak types quick-tests quick full-units full-others cover-page docs release lint lint-quick lint-all lint-python lint-page check-page format coverage test-all pythons findings bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
 help: ## List the targets
@@ -49,23 +51,23 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
 
 quick-tests:
-	@TEST_EXAMPLES=0.1 $(PYTEST) -n logical $(UNITS) -m "not slow and not sim"
+	@TEST_EXAMPLES=0.1 $(PYTEST) -n logical tests/unit -m "not slow and not sim"
 
 test: $(VENV)/dev.stamp system browser bubblewrap ## Set everything up and run the quick tests: before each commit
 	@$(MAKE) --no-print-directory --jobs=2 --keep-going quick lint-quick
 
 quick:
-	@TEST_TIER=quick $(PYTEST) -n logical tests/doors $(UNITS) -m "not slow and not sim"
+	@TEST_TIER=quick $(PYTEST) -n logical tests/doors tests/unit -m "not slow and not sim"
 
 test-all: $(VENV)/dev.stamp packages node-modules ## Run every other test, all linters, and build the documentation
-	@$(BIN)/python tools/runs/full.py
+	@$(BIN)/python tools/runs/full.py $(PLUGINS)
 
 # Their failures are in their records, which tools/runs/full.py reads.
 full-units:
-	@TEST_TIER=$@ $(PYTEST) -n auto $(UNITS) -m "slow or sim" || [ $$? -eq 1 ]
+	@TEST_TIER=$@ $(PYTEST) -n auto tests/unit -m "slow or sim" || [ $$? -eq 1 ]
 
 full-others:
-	@TEST_TIER=$@ $(PYTEST) -n $$((3 * $$(nproc) / 2)) --ignore-glob='*/unit' --ignore=tests/doors tests || [ $$? -eq 1 ]
+	@TEST_TIER=$@ $(PYTEST) -n $$((3 * $$(nproc) / 2)) $(OTHERS) || [ $$? -eq 1 ]
 
 soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition finds; PARTS="a b" runs these parts alone
 	@$(BIN)/python tools/runs/soak.py $(PARTS)
@@ -88,7 +90,7 @@ pythons: ## Run every test on each Python of PYTHONS that is installed, and name
 	echo "skipped, as not installed:$${skipped:- none}; failed:$${failed:- none}"; test -z "$$failed"
 
 findings: ## Run the scripts of findings/, which install packages of others; names those where something changed
-	@changed=; for script in findings/*.sh; do \
+	@changed=; for script in findings/*.sh plugins/*/findings/*.sh; do \
 		echo "$$script:"; sh "$$script" || changed="$$changed $$script"; \
 	done; echo "changed:$${changed:- none}"; test -z "$$changed"
 
@@ -111,7 +113,9 @@ lint-all: lint-page lint-python
 
 lint-python: $(VENV)/dev.stamp
 	$(LATER) $(BIN)/mypy .
-	$(BIN)/lint-imports --no-cache
+	@for project in . $(dir $(shell grep -ls importlinter plugins/*/pyproject.toml)); do \
+		(cd $$project && "$(CURDIR)/$(BIN)/lint-imports" --no-cache) || exit 1; \
+	done
 	@$(LATER) $(BIN)/python -m tools.lint
 
 lint-page: node-modules ## Check the modules of the page: format, mistakes, types
@@ -151,9 +155,9 @@ oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a 
 # Mutants stay out of the shared cache.
 mutation: export MYPY_CACHE_DIR = .mypy_cache
 mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place at a time: a test must notice (ten minutes)
-	@ln -sfn plugins src
-	@TEST_EXAMPLES=0.1 PATH="$(CURDIR)/$(BIN):$$PATH" nice -n 19 $(BIN)/mutmut run --max-children 1 $(MUTANTS)
-	@$(BIN)/mutmut results
+	@ln -sfn plugins/makers/src src
+	@TEST_EXAMPLES=0.1 PATH="$(CURDIR)/$(BIN):$$PATH" nice -n 19 $(BIN)/mutmut run --max-children 1 $(MUTANTS); \
+		$(BIN)/mutmut results; rm src
 
 codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and the page's types
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml
@@ -170,11 +174,11 @@ vendor: ## Bundle the libraries of the editor's page (needs Node.js and npm)
 
 ros-peers: ## Install genuine rclpy and zenoh-ros2-sdk, with which the tests compare our ROS 2 (ROS_PEERS=FOLDER)
 	@sh tools/setup/create_venv.sh $(ROS_PYTHON) "$(ROS_PEERS)"
-	@"$(ROS_PEERS)/bin/python" -m pip install --quiet --requirement tests/ros_peers/requirements.txt
+	@"$(ROS_PEERS)/bin/python" -m pip install --quiet --requirement plugins/ros2/tests/ros_peers/requirements.txt
 
-ros-recordings: ## Record what genuine ROS makes of messages in tests/data/ros2, after `make ros-peers`
-	@"$(ROS_PEERS)/bin/python" tests/ros_peers/record_types.py >tests/data/ros2/types.json.new 2>/dev/null
-	@mv tests/data/ros2/types.json.new tests/data/ros2/types.json
+ros-recordings: ## Record what genuine ROS makes of messages in plugins/ros2/tests/data/ros2, after `make ros-peers`
+	@"$(ROS_PEERS)/bin/python" plugins/ros2/tests/ros_peers/record_types.py >plugins/ros2/tests/data/ros2/types.json.new 2>/dev/null
+	@mv plugins/ros2/tests/data/ros2/types.json.new plugins/ros2/tests/data/ros2/types.json
 
 packages: system browser bubblewrap node
 
@@ -194,10 +198,19 @@ $(VENV)/python.stamp:
 	@sh tools/setup/create_venv.sh $(PYTHON) $(VENV)
 	@touch $@
 
+# The plug-ins of this checkout, and those of the demo, which need no other library.
+PLUG_INS := $(patsubst plugins/%/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+WITH_demo := $(foreach name,$(filter classes match old_documents own_robots trials,$(PLUG_INS)),--editable plugins/$(name))
+WITH_dev := $(foreach name,$(PLUG_INS),--editable 'plugins/$(name)[dev]')
+WITH_bench := $(WITH_dev)
+WITH_mutation := $(WITH_dev)
+EXTRAS_demo := sim,test,vision,web
+
 # pip takes a minute where uv takes five seconds, but knows the indexes that its own configuration names.
-$(VENV)/%.stamp: $(VENV)/python.stamp pyproject.toml constraints.txt
+$(VENV)/%.stamp: $(VENV)/python.stamp pyproject.toml $(wildcard plugins/*/pyproject.toml) constraints.txt
 	@echo "installing the packages of visualhfsm[$*]"
-	@$(UV) --quiet --editable '.[$*]' || $(PIP) --quiet --no-compile --editable '.[$*]'
+	@$(UV) --quiet --editable '.[$(or $(EXTRAS_$*),$*)]' $(WITH_$*) \
+	|| $(PIP) --quiet --no-compile --editable '.[$(or $(EXTRAS_$*),$*)]' $(WITH_$*)
 	@touch $@
 
 clean: ## Remove the environment and everything generated by running

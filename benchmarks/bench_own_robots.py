@@ -242,7 +242,7 @@ def public(folder: Path) -> dict[Path, str]:
 
 
 def row_of(name: str, outcome: Outcome) -> str:
-    """Return the row of a robot in the table of docs/how-to/own-robot.md."""
+    """Return the row of a robot in the table of plugins/own_robots/docs/own-robot.md."""
     if outcome.error:
         return f"| {name} | {outcome.error.splitlines()[-1]} |"
     return (

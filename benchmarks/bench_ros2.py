@@ -34,11 +34,11 @@ import psutil
 
 from benchmarks.common import parts, used
 from interfaces.nao import JointsPrx, JointState, PoseHeadPrx
+from plugins.ros2.tests.support.rmw_zenoh import GenuineNode
+from plugins.ros2.tests.support.ros_peers import peers_folder
 from tests.support.places import ROOT
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from tests.support.rmw_zenoh import GenuineNode
-from tests.support.ros_peers import peers_folder
 from zenoh_ice import Sample, Settings, initialize
 from zenoh_ros2 import Node, QoS, Types
 

@@ -41,7 +41,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.common import parts
-from tests.support.dask_cluster import DaskCluster
+from plugins.trials.tests.support.dask_cluster import DaskCluster
 from tests.support.places import ROOT
 from tests.support.processes import module
 from visualhfsm.simulation import simulate

@@ -23,8 +23,8 @@ from cyclonedds.topic import Topic
 
 from benchmarks.common import options
 from interfaces.nao import SafetyPrx
+from plugins.makers.tests.support.unitree import ELBOW, low_command, on_loopback
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from tests.support.unitree import ELBOW, low_command, on_loopback
 from tests.support.waiting import until
 from visualhfsm_makers._unitree._types import LowCmd, LowState
 from zenoh_ice import initialize
@@ -93,7 +93,9 @@ def measure(safety: SafetyPrx, process: psutil.Process, seconds: float, stops: i
         print(f"server {(sum(process.cpu_times()[:2]) - before) / seconds:.0%} of a processor")
     print("low command to torque:", shown([*latencies(seconds)]))
     took = []
-    with ComponentProcess(module("tests.support.unitree", str(DOMAIN), "flood", "10")) as flood:
+    with ComponentProcess(
+        module("plugins.makers.tests.support.unitree", str(DOMAIN), "flood", "10")
+    ) as flood:
         flood.wait_for("answered 0")
         for _ in range(stops):
             begun = time.perf_counter()

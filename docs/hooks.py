@@ -14,7 +14,6 @@ import logging
 import posixpath
 import re
 import sys
-import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
@@ -27,6 +26,7 @@ from markdown.extensions.toc import slugify
 from typer.core import TyperArgument, TyperGroup
 
 from codegen.messages import Message
+from tools.workspace import DISTRIBUTIONS, PLUG_INS, Distribution
 
 if TYPE_CHECKING:  # tests use the tables alone: MkDocs takes long to load
     from mkdocs.config.defaults import MkDocsConfig
@@ -51,9 +51,6 @@ COMMANDS: Final = {
 PARTS: Final = {"codegen diff": "codegen._diff"}
 """Commands that are part of another one, each with its module."""
 SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.application.cli
-_WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"][
-    "hatch"
-]["build"]["targets"]["wheel"]
 _MARKER: Final = re.compile(r"<!-- generated: ([a-z ]+) -->")
 _APPROXIMATED: Final = re.compile(r"[Rr]emember|Do nothing|no effect|hear nothing|silent")
 """How the docstring of an operation says that it does less than a robot's."""
@@ -74,7 +71,17 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     for section in config.nav or []:
         if "Explanation" in section:
             next(entry for entry in section["Explanation"] if "Decisions" in entry)["Decisions"] = decisions
+        if "Plug-ins" in section:
+            section["Plug-ins"] = [
+                {each.folder.name: [f"plugins/{each.folder.name}/{name.name}" for name in _pages(each)]}
+                for each in PLUG_INS
+            ]
     return config
+
+
+def _pages(plug_in: Distribution) -> list[Path]:
+    """Return its pages: how to use it before what there is to look up."""
+    return sorted((plug_in.folder / "docs").glob("*.md"))
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -84,6 +91,12 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, page in ROOT_PAGES.items():
         text = (ROOT / name).read_text("utf-8")
         files.append(File.generated(config, page, content=_relink(text, "", page)))
+    for plug_in in PLUG_INS:
+        for path in _pages(plug_in):
+            page = f"plugins/{plug_in.folder.name}/{path.name}"
+            folder = path.parent.relative_to(ROOT).as_posix()
+            text = _relink(path.read_text("utf-8"), folder, page)
+            files.append(File.generated(config, page, content=text))
     return files
 
 
@@ -105,12 +118,18 @@ def _relink(text: str, folder: str, page: str) -> str:
         if ":" in link:
             return match[0]
         target = posixpath.normpath(posixpath.join(folder, link))
-        inside = ROOT_PAGES.get(target) or (target[5:] if target.startswith("docs/") else None)
+        inside = ROOT_PAGES.get(target) or (target[5:] if target.startswith("docs/") else _of_plug_in(target))
         if inside is None:
             return label if f"`{target}`" == label else f"{label} (`{target}`)"
         return f"{image}[{label}]({posixpath.relpath(inside, posixpath.dirname(page) or '.')}{anchor})"
 
     return _LINK.sub(replace, text)
+
+
+def _of_plug_in(target: str) -> str | None:
+    """Return the page of the site that a page of a plug-in becomes, if it is there."""
+    found = re.fullmatch(r"(plugins/\w+/)docs/([\w-]+\.md)", target)
+    return found[1] + found[2] if found and (ROOT / target).exists() else None
 
 
 def commands() -> str:
@@ -216,8 +235,8 @@ def shared_options() -> Iterator[str]:
 def exceptions() -> str:
     """Return a list of the public exceptions of each package, each below the one that it extends."""
     parts = []
-    for package in _WHEEL["packages"]:
-        found = [node for path in sorted((ROOT / package).rglob("*.py")) for node in _exceptions(path)]
+    for package in (path for each in DISTRIBUTIONS for path in each.packages):
+        found = [node for path in sorted(package.rglob("*.py")) for node in _exceptions(path)]
         if not found:
             continue
         names = {node.name for node in found}
@@ -225,7 +244,7 @@ def exceptions() -> str:
         for node in found:
             base = next((name for name in map(ast.unparse, node.bases) if name in names), "")
             below.setdefault(base, []).append(node)
-        parts.append("\n".join([f"### {Path(package).name}\n", *_tree(below, "", 0)]))
+        parts.append("\n".join([f"### {package.name}\n", *_tree(below, "", 0)]))
     return "\n\n".join(parts)
 
 

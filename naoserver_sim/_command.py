@@ -102,7 +102,7 @@ _Body = Annotated[
     typer.Option(
         metavar="NAME|FILE",
         help=f"What the robot is: {', '.join(BODY_NAMES)}, or your own by its model (URDF, xacro, MJCF), "
-        "a TOML file or facts in JSON (docs/how-to/own-robot.md).",
+        "a TOML file or facts in JSON (plugins/own_robots/docs/own-robot.md).",
     ),
 ]
 _Hang = Annotated[

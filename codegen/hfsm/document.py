@@ -297,7 +297,7 @@ class RosInterface(Node):
 
     `name` is the attribute of `self`, `kind` is `publish`, `subscribe`, `service` or `action`, `target` the
     ROS name (`/cmd_vel`) and `type` the ROS type (`geometry_msgs/msg/Twist`). `qos` has the words that
-    docs/how-to/ros2-behaviors.md explains. With `stop` `true` a default message is published when the
+    plugins/ros2/docs/ros2-behaviors.md explains. With `stop` `true` a default message is published when the
     component stops; blank means `true` for velocities.
     """
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
+from plugins.old_documents.tests.support.old_dialects import SPANISH, VISUALSTATES
 from tests.support.browser import EditorPage, chromium
 from tests.support.editor import shared_checks
 from tests.support.expecting import awaited_elements
-from tests.support.old_dialects import SPANISH, VISUALSTATES
 from tests.support.pages import DOCS, blocks_of
 from tests.support.panels import add, show_list
 from tests.support.screenshots import picture

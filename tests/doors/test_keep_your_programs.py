@@ -14,8 +14,8 @@ from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import JobThreads
 from naoserver.serving.assembly import Assembly
+from plugins.makers.tests.support.dds import free_domain
 from tests.doors.conftest import ServedRobot
-from tests.support.dds import free_domain
 from tests.support.limits import CALL_LIMIT
 from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
@@ -97,7 +97,7 @@ def check_that_the_walk_ends_with_its_program(robot: FakeRobot, begin: Callable[
 )
 def test_a_program_of_unitree_walks_until_it_ends() -> None:
     pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
-    from tests.support.unitree import CONTINUOUS, Program
+    from plugins.makers.tests.support.unitree import CONTINUOUS, Program
 
     domain = free_domain()
 
@@ -115,7 +115,7 @@ def test_a_program_of_unitree_walks_until_it_ends() -> None:
 )
 def test_a_program_of_booster_walks_until_it_ends() -> None:
     pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
-    from tests.support.booster import MOVE, Program
+    from plugins.makers.tests.support.booster import MOVE, Program
 
     domain = free_domain()
 

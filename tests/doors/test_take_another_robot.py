@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.doors.conftest import printed
-from tests.support.pages import DOCS, blocks_of
+from tests.support.pages import blocks_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.reader import commands_of
@@ -33,7 +33,7 @@ def test_it_turns_its_camera_to_the_ball(behavior: MakeBehavior, body: str) -> N
 @pytest.mark.gl
 @pytest.mark.promise("or your own from its URDF or MJCF")
 def test_a_model_alone_is_served_and_taken_for_what_the_page_says(tmp_path: Path) -> None:
-    blocks = blocks_of((DOCS / "how-to/own-robot.md").read_text("utf-8"))
+    blocks = blocks_of((ROOT / "plugins/own_robots/docs/own-robot.md").read_text("utf-8"))
     for block in blocks:
         if block.name is not None:
             (tmp_path / block.name).write_text(block.text, "utf-8")

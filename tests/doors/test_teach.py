@@ -10,8 +10,8 @@ from typing import Final
 
 import pytest
 
+from plugins.classes.tests.support.marks import marks_in
 from tests.support.commands import run_here
-from tests.support.marks import marks_in
 from tests.support.places import ROOT
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app

@@ -15,7 +15,6 @@ import msgpack
 import pytest
 import zenoh
 
-from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import EVENT_LIMIT, FOREVER
@@ -23,6 +22,7 @@ from tests.support.local_strangers import SERVER, answer, fake_server, greet, ne
 from tests.support.open_files import open_files
 from tests.support.soak import cases, repeated
 from tests.support.stranger import stranger
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
 from zenoh_ice.carriers._local.channels import Channels, NotSent, Outgoing

@@ -18,8 +18,8 @@ from typing import Final
 import psutil
 import pytest
 
+from plugins.trials.tests.support.dask_cluster import DaskCluster
 from tests.support.commands import run_here
-from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import FOREVER
 from tests.support.places import ROOT
@@ -233,7 +233,7 @@ def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, numbe
 
 
 @pytest.mark.soak(
-    "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_workers_that_are_killed_before_the_first_trial_ends_change_nothing"
+    "plugins/trials/tests/integration/test_trials_cluster.py::test_workers_that_are_killed_before_the_first_trial_ends_change_nothing"
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
@@ -255,7 +255,7 @@ def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
 
 
 @pytest.mark.soak(
-    "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there"
+    "plugins/trials/tests/integration/test_trials_cluster.py::test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there"
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_ctrl_c_leaves_a_cluster_free(disturbed: Series, undisturbed: Kept, number: int) -> None:
@@ -270,7 +270,7 @@ def test_ctrl_c_leaves_a_cluster_free(disturbed: Series, undisturbed: Kept, numb
 
 
 @pytest.mark.soak(
-    "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line"
+    "plugins/trials/tests/integration/test_trials_cluster.py::test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line"
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_a_killed_scheduler_keeps_what_is_done(disturbed: Series, undisturbed: Kept, number: int) -> None:

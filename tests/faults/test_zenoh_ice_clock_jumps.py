@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.suite import Pair
 from tests.support.waiting import listened, until
 
 HOUR = 3600.0  # s

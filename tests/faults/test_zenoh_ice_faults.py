@@ -16,7 +16,6 @@ from itertools import product
 import pytest
 import zenoh
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import LOCAL, NETWORK, is_used, over_both, over_one
@@ -26,6 +25,7 @@ from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_e
 from tests.support.relay import Relay
 from tests.support.serving import serve
 from tests.support.soak import cases
+from tests.support.suite import Pair
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
     Communicator,

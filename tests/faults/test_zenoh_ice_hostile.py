@@ -10,7 +10,6 @@ import msgpack
 import pytest
 import zenoh
 
-from tests.conftest import Pair
 from tests.support.attachments import encode_call_attachment
 from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
@@ -19,6 +18,7 @@ from tests.support.hostile_bytes import HostileBytes
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.soak import repeated
 from tests.support.stranger import Stranger, stranger
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from tests.support.wire_doors import check_error
 from zenoh_ice import (

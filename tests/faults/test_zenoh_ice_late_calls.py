@@ -16,7 +16,6 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import NETWORK, anywhere, cut_local_connections, over_both, over_one
 from tests.support.gripper import GRIPPER as INTERFACE
@@ -26,6 +25,7 @@ from tests.support.receivers import Taken, Taker
 from tests.support.relay import Relay
 from tests.support.soak import repeated
 from tests.support.stranger import Stranger, stranger
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import (
     BusyException,

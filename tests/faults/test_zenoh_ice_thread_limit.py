@@ -12,13 +12,13 @@ import psutil
 import pytest
 
 from interfaces.nao import JointsPrx, SafetyPrx
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_one
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import STEADY, ComponentProcess, module
+from tests.support.suite import Pair
 from tests.support.waiting import call_until_it_works, until
 from zenoh_ice import BusyException, Communicator, Sample
 from zenoh_ice.threads._starting import UserCodeThread

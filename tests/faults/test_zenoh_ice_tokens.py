@@ -9,10 +9,10 @@ from functools import partial
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.security import routing
 from tests.support.soak import repeated
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Settings
 

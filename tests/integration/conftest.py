@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
+from tests.support.suite import Pair
 
 
 @pytest.fixture

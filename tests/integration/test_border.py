@@ -17,6 +17,7 @@ import pytest
 from tests.support.environments import make_environment
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
+from tools import workspace
 
 MADE: Final = {".git", ".venv", "coverage", "demo", "dist", "node_modules", "site"}
 """Folders that the tree does not get, wherever they are."""
@@ -33,7 +34,7 @@ OF_ALL: Final = (
     "unit/codegen/test_python_layout.py",
 )
 """Tests of pages that speak of plug-ins, too, or of the programs of an environment that has more."""
-PLUG_INS: Final = tuple(path.parent.name for path in (ROOT / "plugins").glob("*/__init__.py"))
+PLUG_INS: Final = tuple(path.name for each in workspace.PLUG_INS for path in each.packages)
 CORE: Final = (
     *("tests/unit/" + name for name in PACKAGES),
     *("tests/integration", "tests/faults", "tests/e2e"),
@@ -44,8 +45,7 @@ LONGEST: Final = 60 * RUN_LIMIT
 
 
 def left_out(folder: str, names: list[str]) -> set[str]:
-    has_plug_ins = Path(folder) in {ROOT, ROOT / "tests"}
-    return MADE.intersection(names) | ({"plugins"} if has_plug_ins else set())
+    return MADE.intersection(names) | ({"plugins"} if Path(folder) == ROOT else set())
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from codegen._diff import app
-from tests.conftest import Pair
 from tests.support.commands import run_here
 from tests.support.slice_compiler import imported
+from tests.support.suite import Pair
 from zenoh_ice import InterfaceMismatchException
 
 HOME = """\

@@ -20,7 +20,7 @@ from tests.support.carriers import LOCAL, is_used, over_both
 from tests.support.documents import document, state, sub, transition
 from tests.support.environments import copy_packages, make_environment
 from tests.support.limits import RUN_LIMIT
-from tests.support.pages import DOCS, Block, blocks_of
+from tests.support.pages import DOCS, Block, blocks_of, pages
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.quick_reader import QuickReader
@@ -51,25 +51,23 @@ CODES: Final = {
 BEFORE: Final = {
     "how-to/nao.md": ["python -m naoserver.fake"],
     "how-to/recording.md": ["python -m naoserver.fake"],
-    "how-to/ros2-behaviors.md": ["nao router", "codegen patrol.xml"],
+    "../plugins/ros2/docs/ros2-behaviors.md": ["nao router", "codegen patrol.xml"],
     "how-to/troubleshooting.md": ["python -m naoserver.fake"],
 }
 """Commands that a page presumes."""
 SUPPLIED: Final = {
-    "how-to/ros2-behaviors.md": ("examples/turtlebot/bump_and_go.xml",),
-    "how-to/scxml.md": ("behaviors/follow_ball.xml",),
-    "how-to/trials.md": ("behaviors/follow_ball.xml",),
+    "../plugins/ros2/docs/ros2-behaviors.md": ("examples/turtlebot/bump_and_go.xml",),
+    "../plugins/old_documents/docs/scxml.md": ("behaviors/follow_ball.xml",),
+    "../plugins/trials/docs/trials.md": ("behaviors/follow_ball.xml",),
     "tutorial/es/football.md": ("behaviors/score.xml",),
     "tutorial/football.md": ("behaviors/score.xml",),
 }
 """Documents that a page presumes."""
-PAGES: Final = sorted(
-    str(path.relative_to(DOCS)) for part in ("tutorial", "how-to") for path in (DOCS / part).rglob("*.md")
-)
+PAGES: Final = pages("tutorial", "how-to")
 CHECKOUT: Final = (
     "tutorial/",
     "how-to/editor.md",
-    "how-to/own-robot.md",
+    "../plugins/own_robots/docs/own-robot.md",
     "how-to/recording.md",
     "how-to/several-robots.md",
 )
@@ -79,10 +77,10 @@ TYPED: Final = "tutorial/from-the-paper.md"
 PICTURES: Final = (
     "tutorial/es/football.md",
     "tutorial/football.md",
-    "how-to/own-robot.md",
-    "how-to/trials.md",
+    "../plugins/own_robots/docs/own-robot.md",
+    "../plugins/trials/docs/trials.md",
     "how-to/troubleshooting.md",
-    "how-to/virtual-nao.md",
+    "../plugins/naoqi/docs/virtual-nao.md",
 )
 """Pages whose robot needs cameras."""
 
@@ -190,7 +188,7 @@ def prepare(page: str, reader: Reader) -> None:
     """Save the files of a page, and those that its reader has from elsewhere."""
     for name in SUPPLIED.get(page, ()):
         reader.save(Path(name).name, (ROOT / name).read_text("utf-8"))
-    if page == "how-to/ros2-behaviors.md":
+    if page == "../plugins/ros2/docs/ros2-behaviors.md":
         (patrol,) = (block.text for block in blocks("how-to/steering.md") if block.name == "patrol.xml")
         reader.save("patrol.xml", patrol)
     for block in blocks(page):

@@ -1,4 +1,4 @@
-"""docs/how-to/own-robot.md: its robots are served by a process as it says, and its programs print what it says."""
+"""plugins/own_robots/docs/own-robot.md: its robots are served by a process as it says, and its programs print what it says."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from naoserver.body import Body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body, write_own_body
 from tests.support.limits import MOVE_LIMIT, RUN_LIMIT
-from tests.support.pages import DOCS, blocks_of, sections_of
+from tests.support.pages import blocks_of, sections_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.reader import commands_of
@@ -34,7 +34,7 @@ from zenoh_ice import initialize
 
 pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
-PAGE: Final = (DOCS / "how-to/own-robot.md").read_text("utf-8")
+PAGE: Final = (ROOT / "plugins/own_robots/docs/own-robot.md").read_text("utf-8")
 BLOCKS: Final = blocks_of(PAGE)
 NOT_IN_FILES: Final = (Hinge, Inertia, Joint, JointFacts, Link, Motor, Shape)
 """Parts that come from the model, or are made of others."""

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.carriers import everywhere
 from tests.support.limits import EVENT_LIMIT
 from tests.support.slice_compiler import imported
+from tests.support.suite import Pair
 from tests.support.waiting import listened
 from zenoh_ice import Communicator, MarshalException
 from zenoh_ice.data.reflection import describe_package

@@ -31,9 +31,9 @@ from interfaces.hfsm import (
     ReloadRefused,
     TransitionKind,
 )
-from tests.conftest import Pair
 from tests.support.automata import component
 from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import UnknownException, WallClock
 

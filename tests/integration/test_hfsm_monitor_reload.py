@@ -29,11 +29,11 @@ from interfaces.hfsm import (
     ReloadRefused,
 )
 from interfaces.nao import HeadLimits, HeadPose, PoseHead
-from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import first_snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limited import HASTY
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, WallClock
 from zenoh_ice.application.patience import Patience

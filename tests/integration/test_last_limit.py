@@ -15,10 +15,10 @@ from tests.support.processes import REPOSITORY
 from tests.support.soak import cases
 
 CONFTEST = """
-import tests.conftest
-from tests.conftest import pytest_configure, pytest_exception_interact, pytest_runtest_protocol
+import tests.support.suite
+from tests.support.suite import pytest_configure, pytest_exception_interact, pytest_runtest_protocol
 
-tests.conftest.TEST_LIMIT, tests.conftest.LAST_LIMIT = 240.0, 1.0 - 240.0
+tests.support.suite.TEST_LIMIT, tests.support.suite.LAST_LIMIT = 240.0, 1.0 - 240.0
 """
 HANGING = {
     # The C library takes no signal for an end of this wait.

@@ -18,7 +18,7 @@ from tests.support.processes import REPOSITORY, ComponentProcess
 
 CONFTEST = f"""
 import os
-from tests.conftest import each_test, leaks, module_leak_check
+from tests.support.suite import each_test, leaks, module_leak_check
 from tests.support.leaks import Leaks
 
 check = Leaks.check

@@ -40,7 +40,6 @@ from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.server import serve
-from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
 from tests.support.coasting import Coasting
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
@@ -50,6 +49,7 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.soak import repeated
+from tests.support.suite import Pair
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.followers import Followers
 from visualhfsm._monitor.messages import PartLimits, Present, Snapshot, Stale, Structure

@@ -18,11 +18,11 @@ from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger.monitor import Monitor
 from interfaces.hfsm import ComponentStatus
 from nao_tools._command import app as nao_app
-from tests.conftest import Pair
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.soak import cases
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app

@@ -6,22 +6,25 @@ import os
 import re
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pytest
 
 from tests.support.limits import START_LIMIT
 from tests.support.places import ROOT
+from tools.workspace import CORE, EXTRAS, PLUG_INS
 
 pytestmark = pytest.mark.slow
 
-PROJECT: Final[dict[str, Any]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+PROJECT: Final = CORE.project
+SCRIPTS: Final = {
+    name: entry for each in (CORE, *PLUG_INS) for name, entry in each.project.get("scripts", {}).items()
+}
 MODULES: Final = {"pillow": "PIL", "opencv-python-headless": "cv2"}
 """The names by which packages are imported that have another one."""
-PRESENT: Final = {"visualhfsm", "markdown_it_py"}
-"""What extras name and is there without: the second comes with Rich."""
+PRESENT: Final = {"markdown_it_py"}
+"""What extras name and is there without: it comes with Rich."""
 WITHOUT: Final = """
 import sys
 class Without:
@@ -33,18 +36,20 @@ sys.meta_path.insert(0, Without())
 
 
 def names(requirements: list[str]) -> set[str]:
-    found = {re.split(r"[^\w.-]", each)[0].lower() for each in requirements}
+    found = {
+        re.split(r"[^\w.-]", each)[0].lower() for each in requirements if not each.startswith("visualhfsm")
+    }
     return {MODULES.get(each, each.replace("-", "_")) for each in found}
 
 
 @pytest.fixture
 def environment(tmp_path: Path) -> dict[str, str]:
     """An environment in which only what every installation has can be imported."""
-    extras = [each for extra in PROJECT["optional-dependencies"].values() for each in extra]
+    extras = [each for extra in EXTRAS.values() for each in extra]
+    extras += [each for plug_in in PLUG_INS for each in plug_in.project["dependencies"]]
     absent = names(extras) - names(PROJECT["dependencies"]) - PRESENT
     (tmp_path / "sitecustomize.py").write_text(WITHOUT.format(names=absent), "utf-8")
-    path = os.pathsep.join([str(tmp_path), str(ROOT), str(ROOT / "plugins")])
-    return {**os.environ, "PYTHONPATH": path}
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
 
 
 def run(entry: str, arguments: list[str], environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
@@ -56,9 +61,9 @@ def run(entry: str, arguments: list[str], environment: dict[str, str]) -> subpro
     )
 
 
-@pytest.mark.parametrize("program", PROJECT["scripts"])
+@pytest.mark.parametrize("program", SCRIPTS)
 def test_a_program_shows_its_help(program: str, environment: dict[str, str]) -> None:
-    done = run(PROJECT["scripts"][program], ["--help"], environment)
+    done = run(SCRIPTS[program], ["--help"], environment)
     assert (done.returncode, done.stderr) == (0, "")
     assert "Usage: " in done.stdout
 
@@ -68,7 +73,7 @@ def test_what_a_match_lacks_is_named(command: str, environment: dict[str, str], 
     document = tmp_path / "a.xml"
     document.write_text("")
     given = [str(tmp_path)] if command == "tournament" else [str(document)] * 2
-    done = run(PROJECT["scripts"]["visualhfsm"], [command, *given], environment)
+    done = run(SCRIPTS["visualhfsm"], [command, *given], environment)
     assert done.returncode == 1
     assert "MuJoCo is not installed; install it with: pip install 'visualhfsm[sim]'" in done.stderr
     assert "Traceback" not in done.stderr

@@ -10,11 +10,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.carriers import anywhere, everywhere, is_used, over_one
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limited import limited, limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import (
     AlreadyRegisteredException,

@@ -14,7 +14,6 @@ from threading import Semaphore
 import pytest
 
 from interfaces.jderobot import ImageData
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.image_servant import ImageI, Network, camera, image
@@ -25,6 +24,7 @@ from tests.support.open_files import open_files
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.serving import serve
 from tests.support.soak import cases, repeated
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
 from zenoh_ice.carriers._local.memory import ArenaView, Extent

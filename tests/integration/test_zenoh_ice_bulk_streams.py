@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 from interfaces.jderobot import ImageData, ImageProviderPrx
-from tests.conftest import Pair
 from tests.support.carriers import cut_local_connections, local_connections
 from tests.support.image_servant import ImageI, Network, camera, image
 from tests.support.limited import limited_pair
@@ -26,6 +25,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.serving import serve
 from tests.support.soak import cases, repeated
 from tests.support.stranger import session_of
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample
 from zenoh_ice.carriers._local.memory import ArenaView, Extent

@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import (
     CalculatorError,
     CalculatorPrx,
@@ -25,6 +24,7 @@ from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.carriers import anywhere, everywhere, is_used, over_both, over_one
 from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.suite import Pair
 from tests.support.waiting import links, until
 from zenoh_ice import (
     Communicator,

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.carriers import (
     calls_over_network,
     cut_local_connections,
@@ -24,6 +23,7 @@ from tests.support.carriers import (
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.serving import serve
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
 from zenoh_ice.carriers._local.server import local_space

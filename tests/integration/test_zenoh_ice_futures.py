@@ -8,11 +8,11 @@ from concurrent.futures import CancelledError, Future, as_completed, wait
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import anywhere, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import Communicator, CommunicatorDestroyedException, TimeoutException
 

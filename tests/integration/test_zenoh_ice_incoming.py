@@ -15,13 +15,13 @@ import psutil
 import pytest
 import zenoh
 
-from tests.conftest import Pair
 from tests.support.attachments import encode_call_attachment
 from tests.support.carriers import is_used, over_both, over_one
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import (
     BusyException,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from tests.conftest import Pair
 from tests.support.carriers import over_one
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.stranger import session_of
+from tests.support.suite import Pair
 from zenoh_ice import (
     AccessDeniedException,
     CommunicatorDestroyedException,

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import is_used, over_both, over_one
@@ -18,6 +17,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
 from tests.support.serving import serve
+from tests.support.suite import Pair
 from tests.support.waiting import until
 from zenoh_ice import (
     Communicator,

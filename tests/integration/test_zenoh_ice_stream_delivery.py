@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.suite import Pair
 from tests.support.waiting import listened, until
 from zenoh_ice import (
     CommunicatorDestroyedException,

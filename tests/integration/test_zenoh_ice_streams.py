@@ -15,12 +15,12 @@ from queue import SimpleQueue
 import msgspec
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limited import limited, limited_pair
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
+from tests.support.suite import Pair
 from tests.support.waiting import at_once, listened, until
 from zenoh_ice import (
     Communicator,

@@ -21,7 +21,7 @@ export default [
     },
   },
   {
-    files: ["**/_editor/static/**", "**/plugins/*/static/**"],
+    files: ["**/_editor/static/**", "**/plugins/*/src/*/static/**"],
     languageOptions: {globals: globals.browser},
     rules: {
       // _editor/assets.py sends modules without such lines.

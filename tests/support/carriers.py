@@ -18,7 +18,7 @@ from zenoh_ice import Communicator
 from zenoh_ice.data.keys import Target, parse_servant_token, servant_token
 
 if TYPE_CHECKING:
-    from tests.conftest import Pair
+    from tests.support.suite import Pair
 
 __all__ = [
     "COLLOCATED",

@@ -61,7 +61,7 @@ def begin_test(test: pytest.Item) -> None:
 
 def undue_deeds(test: pytest.Item) -> str:
     """Return what a unit test did without the mark for it, and which mark that is; by default, nothing."""
-    if not _is_below(test, "tests/unit", "tests/plugins/*/unit") or {"slow", "sim"} & {*test.keywords}:
+    if not _is_below(test, "tests/unit") or {"slow", "sim"} & {*test.keywords}:
         return ""
     done = _done_by(test)
     return ", ".join(f"{done[what]} {what} without `{mark}`" for what, mark in _MARKS.items() if done[what])

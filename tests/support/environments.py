@@ -8,7 +8,6 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-import tomllib
 from collections.abc import Iterable
 from importlib.metadata import Distribution, distribution
 from pathlib import Path
@@ -18,6 +17,7 @@ from packaging.requirements import Requirement
 
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
+from tools.workspace import DISTRIBUTIONS
 
 __all__ = ["copy_packages", "make_environment"]
 
@@ -34,12 +34,11 @@ sys.exit({function}())
 
 def copy_packages(folder: Path, *, checkout: bool = False) -> None:
     """Copy what a wheel has into a folder, with the compiled modules; as a `checkout` has it, if asked."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
-    for name in wheel["packages"]:
-        shutil.copytree(ROOT / name, folder / (name if checkout else Path(name).name))
-    for name, place in wheel["force-include"].items():
-        shutil.copytree(ROOT / name, folder / (name if checkout else place))
+    for each in DISTRIBUTIONS:
+        for package in each.packages:
+            shutil.copytree(package, folder / (package.relative_to(ROOT) if checkout else package.name))
+        for shipped, place in each.shipped.items():
+            shutil.copytree(shipped, folder / (shipped.relative_to(ROOT) if checkout else place))
 
 
 def make_environment(home: Path, extras: Iterable[str], *, packages: Path, editable: bool = False) -> Path:
@@ -53,7 +52,7 @@ def make_environment(home: Path, extras: Iterable[str], *, packages: Path, edita
     found = _required(OURS, frozenset(extras))
     for name, library in found.items():
         for top in {file.parts[0] for file in library.files or ()} - {".."}:
-            if name == OURS and not top.endswith(".dist-info"):
+            if name.startswith(OURS) and not top.endswith(".dist-info"):
                 continue  # the checkout of the tests
             if not (site / top).exists():  # several may share a folder
                 (site / top).symlink_to(str(library.locate_file(top)))
@@ -64,11 +63,13 @@ def make_environment(home: Path, extras: Iterable[str], *, packages: Path, edita
                 SCRIPT.format(python=home / "bin" / "python", module=module, function=function)
             )
             program.chmod(0o755)
+    ours = [package for each in DISTRIBUTIONS if each.project["name"] in found for package in each.packages]
     if editable:
-        (site / f"{OURS}.pth").write_text(f"{packages}\n{packages / 'plugins'}\n")
+        folders = {packages / package.relative_to(ROOT).parent: None for package in ours}
+        (site / f"{OURS}.pth").write_text("".join(f"{folder}\n" for folder in folders))
     else:
-        for package in packages.iterdir():
-            (site / package.name).symlink_to(package)
+        for package in ours:
+            (site / package.name).symlink_to(packages / package.name)
     return home / "bin"
 
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import pytest
 
-from tests.conftest import Pair
+from tests.support.suite import Pair
 from zenoh_ice import Communicator
 from zenoh_ice.threads.limits import Limits
 

@@ -66,13 +66,13 @@ def _may_forget(something: object) -> bool:
     if not isinstance(something, _lru_cache_wrapper) or something.cache_parameters()["maxsize"] is None:
         return False
     package = something.__module__.partition(".")[0]
-    return any((folder / package).is_dir() for folder in (ROOT, ROOT / "plugins"))
+    return (ROOT / package).is_dir() or any(ROOT.glob(f"plugins/*/src/{package}"))
 
 
 def freeze() -> None:
     """Leave all that there is out of later collections, which would look at it for half a second each time.
 
-    `gc.unfreeze` does not follow: it would return to them what `tests/conftest.py` has left out, too.
+    `gc.unfreeze` does not follow: it would return to them what `tests/support/suite.py` has left out, too.
     """
     gc.collect()
     gc.freeze()

@@ -1,12 +1,20 @@
-"""Read the pages of docs/: their sections and their blocks of code."""
+"""Read the pages of docs/ and of plug-ins: their sections and their blocks of code."""
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 DOCS = Path(__file__).parents[2] / "docs"
+
+
+def pages(*folders: str) -> list[str]:
+    """Return the pages in folders of docs/ and those of all plug-ins, as paths from docs/."""
+    paths = [path for folder in folders for path in (DOCS / folder).rglob("*.md")]
+    return sorted(os.path.relpath(path, DOCS) for path in (*paths, *DOCS.parent.glob("plugins/*/docs/*.md")))
+
 
 _BLOCK = re.compile(r"(?:^`(?P<name>[^`\n]+)`:\n\n)?^```(?P<info>[^\n]*)\n(?P<text>.*?)^```$", re.M | re.S)
 

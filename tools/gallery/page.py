@@ -31,8 +31,10 @@ _BEGINNING: Final = (
 _TEXTS: Final = {
     "Goals": "One document scores on every humanoid, unchanged: start its robot, and press *Run* in "
     "`visualhfsm edit behaviors/score.xml`. [Football in 30 minutes](tutorial/football.md) explains it.",
-    "Behaviors": "Open one in the editor, and press *Run*; [trials](how-to/trials.md) show how well it does.",
-    "Exercises": "For [a class](how-to/class.md): the pictures show the solutions, which pupils do not see.",
+    "Behaviors": "Open one in the editor, and press *Run*; "
+    "[trials](../plugins/trials/docs/trials.md) show how well it does.",
+    "Exercises": "For [a class](../plugins/classes/docs/class.md): the pictures show the solutions, "
+    "which pupils do not see.",
     "Ready states": "Drawn from the [shelf](how-to/shelf.md) of the editor; all have "
     "[inputs](reference/shelf.md).",
 }

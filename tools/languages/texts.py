@@ -62,17 +62,21 @@ _REFUSALS: Final = {
 """Errors of robots that a page shows: the place of their text among the arguments."""
 _SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
 _OF_COMMANDS: Final = (
-    *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
+    *("codegen/_idl", "plugins/classes/src/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(
         f"visualhfsm/_commands/{name}.py"
         for name in ("convert", "document", "draw", "new", "report", "steer")
     ),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
-    *(f"plugins/visualhfsm_agent/_{name}.py" for name in ("approval", "code", "desk", "limits")),
-    *("plugins/visualhfsm_cluster", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_runners.py"),
+    *(f"plugins/agent/src/visualhfsm_agent/_{name}.py" for name in ("approval", "code", "desk", "limits")),
+    *(
+        "plugins/trials/src/visualhfsm_cluster",
+        "visualhfsm/trials/_comparison.py",
+        "visualhfsm/trials/_runners.py",
+    ),
 )
 """What speaks to terminals and agents alone, in English."""
-_FOR_PUPILS: Final = "plugins/visualhfsm_classes/_words.py"
+_FOR_PUPILS: Final = "plugins/classes/src/visualhfsm_classes/_words.py"
 """What commands say in all languages."""
 _KEYWORDS: Final[Sequence[Mapping[str, tuple[int, ...]]]] = (
     {"Message": (1,), "counted": (1, 2), "template": (1,), "because": (1,), "in_place_of": (2,)},

@@ -10,13 +10,14 @@ from typing import Final
 
 from naoserver.bodies import BODY_NAMES, find_body
 from tools.lint.sources import ROOT
+from tools.workspace import DISTRIBUTIONS
 
 GENERATED: Final = {ROOT / "behaviors", ROOT / "interfaces", ROOT / "tests"}
 SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
 FREE: Final = (
     "naoserver/bodies",  # descriptions, motions and looks of each body
     "naoserver/naoqi",  # NAOqi runs on Naos only, and its names are theirs
-    "plugins/visualhfsm_naoqi_programs",
+    "plugins/naoqi/src/visualhfsm_naoqi_programs",
 )
 """Folders in which bodies have names."""
 WORD: Final = re.compile(r"\w+")
@@ -28,7 +29,7 @@ COMMON: Final = frozenset({"base", "head"})
 
 SPELLED: Final = {
     "naoserver/moves/motion_file.py": "an example",
-    "plugins/visualhfsm_learning/_environment.py": "the name of a part of an observation",
+    "plugins/learning/src/visualhfsm_learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
     "visualhfsm/_monitor/realm/run_log.py": "an example",
     "visualhfsm/_commands/template/tests/test_blinker.py": "a user's test, for the default body",
@@ -37,8 +38,8 @@ SPELLED: Final = {
 }
 """Files that name joints or links, and why they may."""
 NAMED: Final = {
-    "plugins/visualhfsm_learning/_environment.py": "a Nao learns",
-    "plugins/visualhfsm_learning/_tasks.py": "a Nao learns",
+    "plugins/learning/src/visualhfsm_learning/_environment.py": "a Nao learns",
+    "plugins/learning/src/visualhfsm_learning/_tasks.py": "a Nao learns",
     "naoserver_sim/robot.py": "the default",
     "visualhfsm/testing/_plugin.py": "an example",
 }
@@ -46,7 +47,7 @@ NAMED: Final = {
 
 
 def _sources() -> Iterator[Path]:
-    packages = {path.parent for folder in (ROOT, ROOT / "plugins") for path in folder.glob("*/__init__.py")}
+    packages = {path for each in DISTRIBUTIONS for path in each.packages}
     for package in packages - GENERATED:
         for path in package.rglob("*"):
             if path.suffix in SUFFIXES and not path.relative_to(ROOT).as_posix().startswith(FREE):

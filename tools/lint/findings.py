@@ -28,7 +28,7 @@ INSTALLS: Final = re.compile(r'pip" install --quiet --no-compile((?:[^\\\n]|\\\n
 
 def mistakes() -> Iterator[str]:
     """Yield what is wrong with each finding."""
-    for path in sorted((ROOT / "findings").iterdir()):
+    for path in sorted((*ROOT.glob("findings/*"), *ROOT.glob("plugins/*/findings/*"))):
         for mistake in _mistakes_of(path):
             yield f"{path.relative_to(ROOT)}: {mistake}"
 

@@ -2,7 +2,7 @@
 
 Where one file would be too long, each topic of a module has its own: test_parser_comments.py also tests
 parser.py. What a package does as a whole is tested under the name of the package, and a plug-in in
-tests/plugins/NAME/integration.
+plugins/NAME/tests/integration.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from tools.lint.sources import PROJECT, ROOT, TESTS
+from tools.lint.sources import PROJECT, ROOT, TEST_FOLDERS, TESTS
+from tools.workspace import DISTRIBUTIONS
 
 GENERATED: Final = {"interfaces", "behaviors"}
 TESTED_BY: Final = {
@@ -36,12 +37,18 @@ IMPORT: Final = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|[\w*].*))"
 
 def _modules() -> Iterator[Path]:
     """Yield the files of the modules of the wheel that are written by hand."""
-    for package in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]:
-        if package not in GENERATED:
-            for path in (ROOT / package).rglob("*.py"):
+    for package in (path for each in DISTRIBUTIONS for path in each.packages):
+        if package.name not in GENERATED:
+            for path in package.rglob("*.py"):
                 is_part = (path.parent / "__init__.py").exists()  # and no file that `visualhfsm new` copies
                 if is_part and path.stem not in {"__init__", "__main__"}:
                     yield path.relative_to(ROOT)
+
+
+def _name_of(module: Path) -> str:
+    """Return the name by which the file of a module is imported."""
+    parts = module.with_suffix("").parts
+    return ".".join(parts[3:] if parts[0] == "plugins" else parts)
 
 
 def _has_logic(module: Path) -> bool:
@@ -59,7 +66,9 @@ def _has_logic(module: Path) -> bool:
 
 def _is_found(module: Path) -> bool:
     """Return whether a test file is named after a module, or after a package in which it is."""
-    if module.parts[0] == "plugins" and any((TESTS / Path(*module.parts[:2])).glob("integration/test_*.py")):
+    if module.parts[0] == "plugins" and any(
+        ROOT.glob(f"plugins/{module.parts[1]}/tests/integration/test_*.py")
+    ):
         return True
     return any(name.lstrip("_") in _names_of_tests() for name in (*module.parts[1:-1], module.stem))
 
@@ -67,7 +76,7 @@ def _is_found(module: Path) -> bool:
 @cache
 def _names_of_tests() -> frozenset[str]:
     """Return what test files are named after: `parser` and `parser_comments` for test_parser_comments.py."""
-    words = [path.stem.split("_")[1:] for path in TESTS.rglob("test_*.py")]
+    words = [path.stem.split("_")[1:] for folder in TEST_FOLDERS for path in folder.rglob("test_*.py")]
     return frozenset("_".join(each[:end]) for each in words for end in range(1, len(each) + 1))
 
 
@@ -75,7 +84,7 @@ def _names_of_tests() -> frozenset[str]:
 def _imported_by_tests() -> frozenset[str]:
     """Return the names of all modules that tests import directly."""
     found: set[str] = set()
-    for path in TESTS.rglob("test_*.py"):
+    for path in (path for folder in TEST_FOLDERS for path in folder.rglob("test_*.py")):
         statements = IMPORT.findall(path.read_text("utf-8"))
         for node in ast.parse("\n".join(statements)).body:
             if isinstance(node, ast.Import):
@@ -90,7 +99,7 @@ def _named_in_configuration() -> Iterator[str]:
     tool = PROJECT["tool"]
     for key in ("only_mutate", "pytest_add_cli_args_test_selection", "source_paths", "also_copy"):
         yield from (
-            re.sub("^src/", "plugins/", name) for name in tool["mutmut"][key]
+            re.sub("^src/", "plugins/makers/src/", name) for name in tool["mutmut"][key]
         )  # `make mutation` links it
     for pattern in tool["ruff"]["lint"]["per-file-ignores"]:
         yield from _alternatives(pattern)
@@ -110,9 +119,7 @@ def mistakes() -> Iterator[str]:
     lost = {
         str(module)
         for module in _modules()
-        if not _is_found(module)
-        and ".".join(module.with_suffix("").parts).removeprefix("plugins.") not in _imported_by_tests()
-        and _has_logic(module)
+        if not _is_found(module) and _name_of(module) not in _imported_by_tests() and _has_logic(module)
     }
     here = Path(__file__).relative_to(ROOT)
     for module in sorted(lost - TESTED_BY.keys()):

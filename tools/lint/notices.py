@@ -10,7 +10,7 @@ from tools.lint.sources import PROJECT, ROOT
 
 def mistakes() -> Iterator[str]:
     """Yield packages of ROS without a licence there, those that are gone, and what is not shipped."""
-    folders = [*ROOT.glob("*/definitions"), *ROOT.glob("plugins/*/definitions")]
+    folders = [*ROOT.glob("*/definitions"), *ROOT.glob("plugins/*/src/*/definitions")]
     packages = {path.name for folder in folders for path in folder.iterdir()}
     notices = (ROOT / "NOTICES.txt").read_text("utf-8")
     named = {*re.findall(r"^   (\w+) +ros.*(?:Apache-2\.0|BSD-3-Clause)", notices, re.MULTILINE)}

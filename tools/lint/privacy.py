@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Final
 
-from tools.lint.sources import PROJECT, ROOT, imports
+from tools.lint.sources import ROOT, imports
+from tools.workspace import DISTRIBUTIONS
 
 GENERATED: Final = "interfaces"
 NAMED_ON_PAGES: Final = re.compile(
@@ -21,7 +22,7 @@ or in the reference of the API."""
 
 @cache
 def _named_on_pages() -> frozenset[str]:
-    paths = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    paths = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *ROOT.glob("plugins/*/docs/*.md")]
     for folder in (
         "docs",
         "examples",
@@ -38,9 +39,15 @@ def _entrances() -> frozenset[str]:
 
     So are all modules of a package that is a kind of endpoints.
     """
-    groups = PROJECT["project"]["entry-points"]
-    declared = {each.partition(":")[0] for group in groups.values() for each in group.values()}
-    kinds = [imports().find_children(package) for package in groups["visualhfsm.kinds"].values()]
+    groups = [each.project.get("entry-points", {}) for each in DISTRIBUTIONS]
+    declared = {
+        found.partition(":")[0] for each in groups for group in each.values() for found in group.values()
+    }
+    kinds = [
+        imports().find_children(package)
+        for each in groups
+        for package in each.get("visualhfsm.kinds", {}).values()
+    ]
     return frozenset(declared.union(*kinds))
 
 

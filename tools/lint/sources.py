@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import cache
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import grimp
 
-__all__ = ["PROJECT", "ROOT", "TESTS", "imports"]
+from tools.workspace import CORE, DISTRIBUTIONS, PLUG_INS, ROOT
 
-ROOT: Final = Path(__file__).resolve().parents[2]
+__all__ = ["PROJECT", "ROOT", "TESTS", "TEST_FOLDERS", "imports"]
+
 TESTS: Final = ROOT / "tests"
-PROJECT: Final[dict[str, Any]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+PROJECT: Final = CORE.settings
+TEST_FOLDERS: Final = [TESTS, *(each.folder / "tests" for each in PLUG_INS)]
 
 
 @cache
 def imports() -> grimp.ImportGraph:
-    """Return who imports whom, in the packages of the wheel and in the behaviors."""
-    return grimp.build_graph(*PROJECT["tool"]["importlinter"]["root_packages"], cache_dir=None)
+    """Return who imports whom, in the packages of all wheels and in the behaviors."""
+    packages = [path.name for each in DISTRIBUTIONS for path in each.packages]
+    return grimp.build_graph(*packages, "behaviors", cache_dir=None)

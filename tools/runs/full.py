@@ -1,4 +1,6 @@
-"""Run all that `make test` leaves out, and keep what the files of all tests cost.
+"""Run all that `make test` leaves out, and keep what the files of all tests cost: `full.py [PLUGIN...]`.
+
+Names of plug-ins run all tests of these alone.
 
 The tests run beside the linters. Those that fail run once more, each alone in its process: who fails twice is
 red, and who passes then is printed last, under *not sure of*, and is to be fixed before anything else.
@@ -43,21 +45,25 @@ class Record:
     failed: list[str]
 
 
-def main() -> int:
+def main(*plug_ins: str) -> int:
     """Run everything; return 1 if something failed twice, or a linter once."""
-    for tier in JOBS[:2]:
+    jobs = ("full-others",) if plug_ins else JOBS
+    tiers = [job for job in jobs if job.startswith("full-")]
+    for tier in tiers:
         (TIERS / f"{tier}.json").unlink(missing_ok=True)
+    chosen = [f"PLUGINS={' '.join(plug_ins)}"] if plug_ins else []
     status = subprocess.run(
-        ["make", "--no-print-directory", "--jobs=3", "--keep-going", *JOBS], cwd=ROOT, check=False
+        ["make", "--no-print-directory", "--jobs=3", "--keep-going", *jobs, *chosen], cwd=ROOT, check=False
     )
-    records = [read_record(tier) for tier in JOBS[:2]]
-    if missing := [tier for tier, record in zip(JOBS, records, strict=False) if record is None]:
+    records = [read_record(tier) for tier in tiers]
+    if missing := [tier for tier, record in zip(tiers, records, strict=True) if record is None]:
         print(f"no report of {', '.join(missing)}", file=sys.stderr)
         return 1
     failed = [test for record in records if record for test in record.failed]
     twice = failed if len(failed) > MOST_REPEATED else [test for test in failed if not passes_alone(test)]
-    measured = {QUICK: [read_record(QUICK)], "full": records}
-    write_durations({tier: [each for each in found if each] for tier, found in measured.items()})
+    if not plug_ins:
+        measured = {QUICK: [read_record(QUICK)], "full": records}
+        write_durations({tier: [each for each in found if each] for tier, found in measured.items()})
     for test in twice:
         print(f"failed: {test}")
     if unsure := [test for test in failed if test not in twice]:
@@ -101,4 +107,4 @@ def read_durations() -> dict[tuple[str, str], int]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))

@@ -28,8 +28,8 @@ LIMIT: Final = 45 * 60.0
 """The longest that a part may take, in s."""
 END_LIMIT: Final = 30.0
 """How long a part that is ended may take for it, in s, before it is killed."""
-FOLDERS: Final = {"doors": 1, "unit": 2, "integration": 3, "plugins": 3, "faults": 2, "e2e": 2}
-"""The folders of tests/, and into how many parts their files are divided."""
+FOLDERS: Final = {"doors": 1, "unit": 2, "integration": 3, "faults": 2, "e2e": 2}
+"""The folders of tests/, and into how many parts their files are divided; each plug-in is one part."""
 PYTHONS: Final = ("python3.12", "python3.13")
 """Besides the one that runs the other parts; those that are not installed are left out."""
 COUNTED: Final = ("tests", "failures", "errors", "skipped")
@@ -155,6 +155,8 @@ def all_parts() -> dict[str, list[str]]:
         for index in range(count):
             share = files[len(files) * index // count : len(files) * (index + 1) // count]
             found[f"{folder}-{index + 1}"] = [*pytest, *share]
+    for plug_in in sorted(path.parent for path in ROOT.glob("plugins/*/pyproject.toml")):
+        found[plug_in.name] = [*pytest, (plug_in / "tests").relative_to(ROOT).as_posix()]
     for python in PYTHONS:
         if _is_installed(python):
             environment = [f"PYTHON={python}", f"VENV=.venv/{python}"]

@@ -2,7 +2,7 @@
 
 A plan says what varies from trial to trial (`_plan.py`); `_series.py` runs its trials, in processes of this
 computer or where plug-ins run them (`_runners.py`), and `_summary.py` has what they say. See
-docs/how-to/trials.md.
+plugins/trials/docs/trials.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The plan of a series of trials: what varies, what disturbs, what counts as success, and its limits.
 
-A plan is a TOML file beside a document; docs/how-to/trials.md describes its keys. The same plan and seed draw
-the same values for a trial, whatever else is drawn.
+A plan is a TOML file beside a document; plugins/trials/docs/trials.md describes its keys. The same plan and
+seed draw the same values for a trial, whatever else is drawn.
 """
 
 from __future__ import annotations

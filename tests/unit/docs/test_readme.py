@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.pages import DOCS
+from tests.support.pages import DOCS, pages
 from tests.support.processes import REPOSITORY
 from tests.support.programs import PROGRAMS, app_of, expand, take
 
@@ -57,8 +57,8 @@ def test_commands_in_the_text_of_tutorials_and_how_tos_are_taken(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     taken = 0
-    for page in [*(DOCS / "tutorial").rglob("*.md"), *(DOCS / "how-to").glob("*.md")]:
-        text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+    for page in pages("tutorial", "how-to"):
+        text = re.sub(r"^```.*?^```", "", (DOCS / page).read_text("utf-8"), flags=re.M | re.S)
         for line in re.findall(r"`([^`\n]+)`", text):
             if line.split()[0] not in PROGRAMS or line in NAMED or line.endswith("<TAB>"):
                 continue
@@ -70,6 +70,6 @@ def test_commands_in_the_text_of_tutorials_and_how_tos_are_taken(
             try:
                 take_line(line)
             except AssertionError as refused:
-                raise AssertionError(f"{page.name}: {refused}") from refused
+                raise AssertionError(f"{page}: {refused}") from refused
             taken += 1
     assert taken > 80

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from interfaces.home import Lamp
+
 from zenoh_ice import Current, initialize
 
 

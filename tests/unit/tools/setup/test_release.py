@@ -10,6 +10,7 @@ import pytest
 
 from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
+from tools.workspace import DISTRIBUTIONS
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 HEADINGS = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
@@ -41,8 +42,8 @@ def test_the_version_stands_in_one_place() -> None:
     pattern = re.compile(rf"__version__|^version = [\"']{version}", re.MULTILINE)
     places = {
         str(path.relative_to(ROOT))
-        for name in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-        for path in (ROOT / name).rglob("*.py")
+        for package in (path for each in DISTRIBUTIONS for path in each.packages)
+        for path in package.rglob("*.py")
         if pattern.search(path.read_text("utf-8"))
     }
     assert not places

@@ -16,13 +16,13 @@ import pytest
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentSnapshot
 from interfaces.jderobot import Camera, ImageData, ImageDescription, Time
-from tests.conftest import Pair
 from tests.support.coasting import Coasting
 from tests.support.component import MonitorStub, snapshot
 from tests.support.coroutines import Loop
 from tests.support.limits import CALL_LIMIT, FOREVER
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
+from tests.support.suite import Pair
 from tests.support.watching import content
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.followers import Followers
