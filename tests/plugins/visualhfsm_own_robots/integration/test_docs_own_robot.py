@@ -22,6 +22,7 @@ from naoserver.bodies import parts
 from naoserver.bodies.parts import Hinge, Inertia, Joint, JointFacts, Link, Motor, Shape
 from naoserver.body import Body, write_body
 from naoserver.errors import RobotError
+from naoserver_sim.named_body import named_body
 from tests.support.limits import MOVE_LIMIT, RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT
@@ -164,7 +165,7 @@ def test_what_is_guessed_is_written_with_its_reasons(folder: Path) -> None:
 
 def test_the_facts_of_a_body_are_written_and_read_without_its_model(folder: Path, tmp_path: Path) -> None:
     write_own_body(folder / "my_robot.toml", tmp_path / "rover.json")
-    assert read_own_body(tmp_path / "rover.json").name == "Rover"
+    assert named_body(tmp_path / "rover.json").name == "Rover"
 
 
 def test_a_model_without_a_torque_is_refused_as_the_page_says(
