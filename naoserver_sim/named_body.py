@@ -46,4 +46,4 @@ def own_robots(path: Path) -> Any:  # noqa: ANN401 - a plug-in, which the core m
     try:
         return optional("visualhfsm_own_robots", "visualhfsm[models]")
     except NotInstalledError as error:
-        raise RobotError(f"{path}: a robot is made of its model, and {error}") from None
+        raise RobotError(f"{path}: models of robots are read by a plug-in: {error}") from None

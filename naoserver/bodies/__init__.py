@@ -40,7 +40,8 @@ _KNOWN: Final[Mapping[str, _Known]] = typed.convert(
 BODY_NAMES: Final = tuple(_KNOWN)
 """The names of the bodies; the first is that of a server without `--body`."""
 DEFAULT_BODY: Final = BODY_NAMES[0]
-_FILES: Final = (".toml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
+_MODELS: Final = (".urdf", ".xacro", ".xml", ".mjcf")
+_FILES: Final = (".toml", ".json", *_MODELS)
 """The endings of files that describe a body of one's own."""
 
 
@@ -71,9 +72,8 @@ def is_of_model(path: Path, text: str | None = None) -> bool:
 
     `text` is what the file is to have, if not what it has. Raises RobotError when it cannot be read.
     """
-    kind = path.suffix.lower()
-    if kind != ".toml":
-        return kind != ".json"
+    if path.suffix.lower() != ".toml":
+        return path.suffix.lower() in _MODELS
     try:
         return bool(tomllib.loads(read_text(path, RobotError) if text is None else text).get("model"))
     except (ValueError, RecursionError):
@@ -92,7 +92,7 @@ def read_body_file(path: Path, text: str | None = None) -> Body:
             f"{path}: its parts come from a model, which needs MuJoCo: write them once, {written}"
         )
     text = read_text(path, RobotError) if text is None else text
-    if path.suffix.lower() == ".json":
+    if path.suffix.lower() != ".toml":
         return read_body(text, str(path))
     return parse_toml(text, Body, str(path), RobotError)
 
