@@ -3,7 +3,7 @@
 Module            Contents
 `scene.xml`       the basis of every model: physics, light, gains, collision classes
 `body`            the body made from its facts: links, joints, motors, contact shapes, cameras, sensors
-`own_body`        a user's MJCF or URDF as a body, whose file `model_file` reads
+`named_body`      the body of a name or a user's file; a plug-in makes one of a model
 `self_collision`  the command that finds the tables which keep a body from hitting itself
 `appearance`      its visible shapes, read from `naoserver.bodies.looks`; the lamps
 `world`, `worlds` the surroundings of the robot, read from files
@@ -18,6 +18,5 @@ Module            Contents
 `stage`           the scene, read and changed, and as data for viewers
 `cameras`         the camera thread
 `robot`, `arena`  `SimulatedRobot`, and `Arena` for several in one world
-`learning`        Gymnasium environments in which it learns
 `command`         the command, for one robot or several
 """

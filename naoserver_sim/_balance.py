@@ -23,9 +23,9 @@ from naoserver.body import Body
 from naoserver_sim._locomotion import FIRM, TILT
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
-from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
 from naoserver_sim._walk.walker import WEIGHT
 from naoserver_sim.model import Model
+from naoserver_sim.support_polygon import Array, convex_hull, nearest_within
 
 _LEFT, _RIGHT = 0, 1
 _BOTH: Final = (_LEFT, _RIGHT)

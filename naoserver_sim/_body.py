@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import combinations
 from typing import Any, Final
@@ -17,6 +17,7 @@ import mujoco
 
 from naoserver.bodies import parts
 from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.kinematics import neighbors_of
 from naoserver.body import Body
 from naoserver.errors import RobotError
 
@@ -35,8 +36,6 @@ SHAPES: Final[Mapping[parts.ShapeKind, mujoco.mjtGeom]] = {
     "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
     "hull": mujoco.mjtGeom.mjGEOM_MESH,
 }
-KINDS: Final = {geom: kind for kind, geom in SHAPES.items() if kind != "hull"}
-"""The kinds of simple shapes."""
 _FIRM: Final = (0.005, 1.0)
 """Time constant in s and damping with which couplings and loops hold."""
 _UNIT: Final = "inertial unit"
@@ -238,29 +237,6 @@ def passing_pairs(body: Body) -> Iterator[tuple[str, str]]:
             or are_neighbors(first, second)
         ):
             yield first, second
-
-
-def neighbors_of(body: Body) -> Callable[[str, str], bool]:
-    """Return what says whether two links meet at joints in one point, or one carries the other there.
-
-    The shapes of neighbors overlap.
-    """
-    carriers = body.moved_by
-    # The joints of a hip, an ankle or a shoulder share a point: the links between them are one neighbor.
-    cluster: dict[str, str] = {}
-    for link in body.links:  # each after the one that carries it
-        joint = carriers.get(link.name)
-        if joint is None or any(joint.origin):
-            cluster[link.name] = link.name
-        else:
-            cluster[link.name] = cluster[joint.parent]
-    carrier = {name: cluster[joint.parent] for name, joint in carriers.items()}
-
-    def are_neighbors(first: str, second: str) -> bool:
-        one, other = cluster[first], cluster[second]
-        return one == other or carrier.get(one) == other or carrier.get(other) == one
-
-    return are_neighbors
 
 
 def add_sensors(spec: mujoco.MjSpec, body: Body, links: Links) -> None:

@@ -28,7 +28,7 @@ from naoserver.serving.entrances import Entrance, Served, find_entrances, flag, 
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName, problem_of, serve
 from naoserver.soccer_field.model import Field
 from naoserver_sim.arena import Arena
-from naoserver_sim.named_body import named_body
+from naoserver_sim.named_body import named_body, own_robots
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world, side_by_side
 from zenoh_ice import ConfigurationException, initialize
@@ -199,9 +199,8 @@ def naoserver_sim(
         if not is_body_file(body):
             message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
             raise typer.BadParameter(message, param_hint="--write-body")
-        from naoserver_sim._own_body import write_own_body  # reads models: most robots are known
-
-        write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
+        write = own_robots(Path(body)).write_own_body
+        write(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
     facts = named_body(body, arguments=arguments, say=typer.echo)
     if hang:

@@ -15,7 +15,6 @@ from naoserver.bodies import DEFAULT_BODY
 from naoserver.bodies.description import write_looks
 from naoserver.body import write_body
 from naoserver.errors import RobotError
-from naoserver_sim._own_body import read_own_body
 from naoserver_sim.named_body import named_body
 from zenoh_ice.application.cli import run
 
@@ -31,7 +30,7 @@ def describe(
     ] = None,
 ) -> None:
     """Write a body and its looks."""
-    facts = named_body(body) if text is None else read_own_body(Path(body), text.read_text("utf-8"))
+    facts = named_body(body, text=None if text is None else text.read_text("utf-8"))
     file.write_text(f'{{"body":{write_body(facts)},"looks":{write_looks(facts)}}}\n', encoding="utf-8")
 
 

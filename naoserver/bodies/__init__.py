@@ -40,7 +40,8 @@ _KNOWN: Final[Mapping[str, _Known]] = typed.convert(
 BODY_NAMES: Final = tuple(_KNOWN)
 """The names of the bodies; the first is that of a server without `--body`."""
 DEFAULT_BODY: Final = BODY_NAMES[0]
-_FILES: Final = (".toml", ".json", ".urdf", ".xacro", ".xml", ".mjcf")
+_MODELS: Final = (".urdf", ".xacro", ".xml", ".mjcf")
+_FILES: Final = (".toml", ".json", *_MODELS)
 """The endings of files that describe a body of one's own."""
 
 
@@ -66,23 +67,33 @@ def _read(name: str) -> Body:
     return read_body(path.read_bytes(), str(path))
 
 
-def read_body_file(path: Path) -> Body:
+def is_of_model(path: Path, text: str | None = None) -> bool:
+    """Return whether the parts of a user's body come from a model: its file is one, or TOML that names one.
+
+    `text` is what the file is to have, if not what it has. Raises RobotError when it cannot be read.
+    """
+    if path.suffix.lower() != ".toml":
+        return path.suffix.lower() in _MODELS
+    try:
+        return bool(tomllib.loads(read_text(path, RobotError) if text is None else text).get("model"))
+    except (ValueError, RecursionError):
+        return False  # parse_toml says what is wrong
+
+
+def read_body_file(path: Path, text: str | None = None) -> Body:
     """Return the body that a user's file describes, JSON or TOML, without MuJoCo: for a robot's own computer.
 
-    Raises RobotError with file and entry, also for a TOML file whose parts come from a model.
+    `text` is what the file is to have, if not what it has. Raises RobotError with file and entry, also for a
+    file whose parts come from a model.
     """
-    text = read_text(path, RobotError)
-    if path.suffix != ".toml":
-        return read_body(text, str(path))
-    try:
-        is_of_model = "model" in tomllib.loads(text)
-    except (ValueError, RecursionError):
-        is_of_model = False  # parse_toml says what is wrong
-    if is_of_model:
+    if is_of_model(path, text):
         written = f"naoserver-sim --body {path} --write-body {path.with_suffix('.json')}"
         raise RobotError(
             f"{path}: its parts come from a model, which needs MuJoCo: write them once, {written}"
         )
+    text = read_text(path, RobotError) if text is None else text
+    if path.suffix.lower() != ".toml":
+        return read_body(text, str(path))
     return parse_toml(text, Body, str(path), RobotError)
 
 

@@ -6,7 +6,7 @@ Angles are in rad; those of sliding joints are ways in m. A joint without a give
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Final, NamedTuple
 
@@ -307,6 +307,29 @@ def _lowest(shape: Shape, link: Matrix) -> float:
         case "cylinder":
             depth = size[0] * math.hypot(up[0], up[1]) + size[1] * up[2]
     return float(place[2, 3]) - depth
+
+
+def neighbors_of(body: Body) -> Callable[[str, str], bool]:
+    """Return what says whether two links meet at joints in one point, or one carries the other there.
+
+    The shapes of neighbors overlap.
+    """
+    carriers = body.moved_by
+    # The joints of a hip, an ankle or a shoulder share a point: the links between them are one neighbor.
+    cluster: dict[str, str] = {}
+    for link in body.links:  # each after the one that carries it
+        joint = carriers.get(link.name)
+        if joint is None or any(joint.origin):
+            cluster[link.name] = link.name
+        else:
+            cluster[link.name] = cluster[joint.parent]
+    carrier = {name: cluster[joint.parent] for name, joint in carriers.items()}
+
+    def are_neighbors(first: str, second: str) -> bool:
+        one, other = cluster[first], cluster[second]
+        return one == other or carrier.get(one) == other or carrier.get(other) == one
+
+    return are_neighbors
 
 
 def rotation(axis: Vector, angle: float) -> Matrix:

@@ -13,6 +13,7 @@ from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
 from tests.support.limits import RUN_LIMIT
 from tests.support.monitor import comes_true, editor_without_robot, monitor_page, robot_and_editor, status
+from tests.support.plugins import OWN_ROBOTS
 from tests.support.processes import children
 
 STARTED = RUN_LIMIT * 1000
@@ -43,6 +44,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     assert not children("naoserver_sim")
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 def test_a_robot_of_the_project_is_chosen_on_the_start_page_and_seen_in_3d(shown: EditorPage) -> None:
     page = shown.page
@@ -90,6 +92,7 @@ def test_try_it_moves_the_robot_that_was_chosen(shown: EditorPage) -> None:
     expect(row).to_be_visible()
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 def test_a_run_is_on_the_robot_that_is_lit_on_the_start_page(shown: EditorPage) -> None:
     page = shown.page
@@ -134,6 +137,7 @@ def test_a_robot_of_somebody_else_leaves_no_choice_on_the_start_page(
         expect(page.get_by_role("radiogroup", name="Robot")).to_have_count(0)
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 def test_the_tour_runs_on_the_robot_that_is_lit_and_says_when_that_cannot_be(shown: EditorPage) -> None:
     page = shown.page

@@ -15,9 +15,12 @@ from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import comes_true, patient_parts, status
+from tests.support.plugins import OWN_ROBOTS
 from tests.support.processes import children, free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings, initialize
+
+pytestmark = OWN_ROBOTS
 
 STARTED = RUN_LIMIT * 1000
 READ = RUN_LIMIT * 1000

@@ -18,10 +18,12 @@ from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.bodies.nao import H25
 from naoserver.bodies.parts import Joint, Link
 from naoserver.body import Body
+from naoserver_sim.named_body import named_body
 from tests.support.browser import editor_page
 from tests.support.drawn import drawn
 from tests.support.editor import editor
 from tests.support.meshes import cone, write_stl
+from tests.support.plugins import OWN_ROBOTS
 
 NAO = drawn(H25)
 LIFT = Body(
@@ -152,17 +154,16 @@ def test_the_shell_of_a_body_stands_on_the_floor_and_is_as_high_as_the_robot(
     assert highest == pytest.approx(height, abs=0.01)
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 def test_a_mesh_of_ones_own_model_is_turned_as_the_model_says(page: Page, tmp_path: Path) -> None:
-    from naoserver_sim._own_body import read_own_body
-
     write_stl(tmp_path / "cone.stl", cone(0.1, 0.3, sides=48))
     (tmp_path / "own.xml").write_text(
         """<mujoco><asset><mesh file="cone.stl"/></asset><worldbody><body name="base"><freejoint/>
           <geom type="mesh" mesh="cone" euler="0 90 0" pos="0.4 0 1"/></body></worldbody></mujoco>"""
     )
     (tmp_path / "own.toml").write_text('model = "own.xml"\n')
-    lowest, highest = page.evaluate(EXTENT, drawn(read_own_body(tmp_path / "own.toml")))
+    lowest, highest = page.evaluate(EXTENT, drawn(named_body(tmp_path / "own.toml")))
     assert (lowest, highest) == (pytest.approx(0.0, abs=0.001), pytest.approx(0.2, abs=0.002))
 
 

@@ -14,6 +14,7 @@ from naoserver.fake import FakeRobot
 from tests.support.arm import ARM, ARM_TOML
 from tests.support.editor import DOCUMENT, Refused, Window, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.plugins import OWN_ROBOTS
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
@@ -245,6 +246,7 @@ def test_a_missing_package_is_reported_with_the_command_that_installs_it(
     opened(go)
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_line(tmp_path: Path) -> None:
     robots = tmp_path / "robots"

@@ -10,6 +10,7 @@ from interfaces.nao import WalkPrx
 from naoserver.bodies import find_body
 from tests.support.cart import CART, CART_TOML
 from tests.support.limits import END_LIMIT
+from tests.support.plugins import OWN_ROBOTS
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually, wait_for
 from tests.support.soak import cases
@@ -21,7 +22,7 @@ SPEED = 0.15  # m/s
 ALWAYS = {"Body", "Clock", "Description", "Encoders", "Health", "Motors", "Safety", "Walk"}
 
 
-@pytest.fixture(params=cases(["T1", "my_cart.toml"], ["G1", "Cart"]))
+@pytest.fixture(params=cases(["T1", pytest.param("my_cart.toml", marks=OWN_ROBOTS)], ["G1", "Cart"]))
 def body(request, tmp_path):
     """What `--body` is given, and some of what such a robot announces."""
     if request.param != "my_cart.toml":

@@ -10,6 +10,7 @@ import pytest
 
 from tests.support.arm import ARM, ARM_TOML
 from tests.support.editor import Refused, editor
+from tests.support.plugins import OWN_ROBOTS
 from tests.support.processes import children
 from visualhfsm._base.errors import ForbiddenPathError, VisualHfsmError, WouldOverwriteError
 from visualhfsm._editor.own_robots import OwnRobot, OwnRobots
@@ -35,12 +36,14 @@ def drawn(robot: OwnRobot) -> dict[str, object]:
     return found
 
 
+@OWN_ROBOTS
 def test_a_text_is_drawn_as_the_robot_that_it_describes(root: Path) -> None:
     robot = drawn(look(root, ARM_TOML))
     assert robot["title"] == "An arm"
     assert [link["name"] for link in robot["links"]] == ["base", "upper", "hand"]  # type: ignore[attr-defined]
 
 
+@OWN_ROBOTS
 @pytest.mark.parametrize(
     ("text", "line", "says"),
     [
@@ -57,6 +60,7 @@ def test_what_is_wrong_is_said_with_its_line_and_without_the_path_of_the_project
     assert str(root) not in robot.problem
 
 
+@OWN_ROBOTS
 def test_a_model_alone_is_guessed_with_reasons_and_leaves_no_file(root: Path) -> None:
     (root / "robots" / "ours").mkdir()
     (root / "robots" / "arm.urdf").rename(root / "robots" / "ours" / "my arm.urdf")
@@ -70,6 +74,7 @@ def test_a_model_alone_is_guessed_with_reasons_and_leaves_no_file(root: Path) ->
     assert [each.name for each in (root / "robots").iterdir()] == ["ours"]
 
 
+@OWN_ROBOTS
 def test_what_is_left_out_of_a_model_is_noted_once(root: Path) -> None:
     shape = '<visual><geometry><mesh filename="hand.stl"/></geometry></visual></link>'
     (root / "robots" / "arm.urdf").write_text(ARM.replace("</link>", shape, 1))
@@ -79,6 +84,7 @@ def test_what_is_left_out_of_a_model_is_noted_once(root: Path) -> None:
     assert noted[0].startswith("robots/arm.urdf")
 
 
+@OWN_ROBOTS
 def test_a_model_that_cannot_be_read_says_why_beside_a_text_to_go_on_with(root: Path) -> None:
     (root / "robots" / "arm.urdf").write_text(ARM.replace('child link="hand"', 'child link="foot"'))
     robot = asyncio.run(OwnRobots(Root(root)).guess("robots/arm.urdf"))
@@ -88,6 +94,7 @@ def test_a_model_that_cannot_be_read_says_why_beside_a_text_to_go_on_with(root: 
     assert [each.name for each in (root / "robots").iterdir()] == ["arm.urdf"]
 
 
+@OWN_ROBOTS
 def test_a_file_of_the_project_is_answered_as_it_is(root: Path) -> None:
     (root / "robots" / "mine.toml").write_text(ARM_TOML)
     robot = asyncio.run(OwnRobots(Root(root)).guess("robots/mine.toml"))
@@ -117,6 +124,7 @@ def test_a_model_that_takes_too_long_ends_with_its_process(root: Path) -> None:
     assert not children("naoserver_sim._description")
 
 
+@OWN_ROBOTS
 def test_a_model_that_takes_too_much_memory_ends_with_its_process(root: Path) -> None:
     robot = asyncio.run(OwnRobots(Root(root), memory=100 << 20).look("arm", ARM_TOML))
     assert "the model cannot be read" in robot.problem
@@ -160,6 +168,7 @@ def test_a_folder_that_leads_out_of_the_project_is_not_written_to(root: Path) ->
     assert not [*(root.parent / "elsewhere").iterdir()]
 
 
+@OWN_ROBOTS
 def test_a_window_checks_and_saves_a_robot_that_can_be_simulated_then(root: Path) -> None:
     with editor(root) as running, running.window() as window:
         listed = window.ask("listFiles", directory="robots")["entries"]

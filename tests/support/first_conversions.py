@@ -40,6 +40,7 @@ PACKAGES: Final = [
     "visualhfsm_makers",
     "visualhfsm_naoqi_programs",
     "visualhfsm_old_documents",
+    "visualhfsm_own_robots",
     "visualhfsm_ros2",
     "zenoh_ros2",
 ]

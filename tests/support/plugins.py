@@ -13,7 +13,7 @@ import pytest
 
 from zenoh_ice import plugins
 
-__all__ = ["OLD_DOCUMENTS", "installed", "needs", "without", "write_distribution"]
+__all__ = ["OLD_DOCUMENTS", "OWN_ROBOTS", "installed", "needs", "without", "write_distribution"]
 
 
 def needs(plug_in: str) -> pytest.MarkDecorator:
@@ -23,6 +23,8 @@ def needs(plug_in: str) -> pytest.MarkDecorator:
 
 OLD_DOCUMENTS: Final = needs("visualhfsm_old_documents")
 """Marks tests of documents that may be those of other editors."""
+OWN_ROBOTS: Final = needs("visualhfsm_own_robots")
+"""Marks tests of robots that are made of a model."""
 
 
 def write_distribution(folder: Path, name: str, points: Mapping[str, Mapping[str, str]]) -> None:

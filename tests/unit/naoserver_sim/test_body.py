@@ -11,7 +11,6 @@ from msgspec.structs import replace
 
 from naoserver.bodies.nao import H25
 from naoserver.errors import RobotError
-from naoserver_sim._body import neighbors_of
 from naoserver_sim.model import build_model
 from naoserver_sim.standing import standing
 
@@ -69,24 +68,6 @@ def test_motor_of_a_stopped_link_pulls_with_no_more_than_its_torque(model):
 def test_nothing_touches_in_a_posture(model, posture):
     data = standing(model, H25.postures[posture].angles)
     assert deepest_among_links(model, data) == -np.inf
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "neighbors"),
-    [
-        ("torso", "l_thigh", True),
-        ("torso", "head", True),
-        ("l_thigh", "l_tibia", True),
-        ("l_tibia", "l_foot", True),
-        ("torso", "l_forearm", False),
-        ("l_thigh", "r_thigh", False),
-        ("l_thigh", "l_foot", False),
-        ("l_pelvis", "r_pelvis", False),
-    ],
-)
-def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
-    assert neighbors_of(H25)(first, second) is neighbors
-    assert neighbors_of(H25)(second, first) is neighbors
 
 
 def test_a_foot_without_the_shape_of_its_sole_is_refused():

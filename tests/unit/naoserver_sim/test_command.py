@@ -9,6 +9,7 @@ from naoserver_sim._command import app, check_cameras, parse_arguments, parse_ca
 from naoserver_sim.model import simulated_cameras
 from tests.support.commands import run_here
 from tests.support.models import MODELS
+from tests.support.plugins import OWN_ROBOTS
 
 
 @pytest.mark.parametrize(("text", "factor"), [("1", 1.0), ("0.5", 0.5), ("20", 20.0), ("max", math.inf)])
@@ -58,6 +59,7 @@ def test_camera_setting_that_no_camera_has(text, message):
         check_cameras(parse_cameras([text]), simulated_cameras(H25))
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 def test_a_body_is_written_instead_of_served(tmp_path):
     (tmp_path / "robot.urdf").write_text(MODELS["head"])

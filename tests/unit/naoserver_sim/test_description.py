@@ -10,6 +10,9 @@ import pytest
 from naoserver.errors import RobotError
 from naoserver_sim._description import describe
 from tests.support.arm import ARM, ARM_TOML
+from tests.support.plugins import OWN_ROBOTS
+
+pytestmark = OWN_ROBOTS
 
 
 @pytest.mark.sim

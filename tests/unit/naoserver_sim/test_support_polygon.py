@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from naoserver_sim._support_polygon import convex_hull, nearest_within, room_within
+from naoserver_sim.support_polygon import convex_hull, nearest_within, room_within
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 

@@ -8,10 +8,11 @@ from naoserver.bodies import find_body
 from naoserver.bodies.parts import Gear, Inertia, Joint, Link, Shape
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver_sim._own_body import read_own_body
 from naoserver_sim._together import Placed, stand_together
+from naoserver_sim.named_body import named_body
 from naoserver_sim.world import StartPose, load_world, parse_world
 from tests.support.models import FOLDER
+from tests.support.plugins import OWN_ROBOTS
 
 pytestmark = pytest.mark.sim
 
@@ -88,8 +89,9 @@ def test_the_floor_is_not_in_the_way_of_robots_that_sink_into_it():
     assert {int(contact.geom1) for contact in data.contact if contact.dist < -0.001} == {floor}
 
 
+@OWN_ROBOTS
 def test_a_mount_holds_its_robot_where_it_was_put():
-    rail = read_own_body(FOLDER / "rail.urdf")
+    rail = named_body(FOLDER / "rail.urdf")
     assert rail.mounted
     models, data = stand_together(
         load_world("empty"), [place("nao"), place("rail", rail, 1.0)], None, skin=False

@@ -22,7 +22,7 @@ LOADED = "import sys, {module}; print(sorted({{*sys.modules}} & {{*sys.argv[1:]}
         ("codegen.command", ["msgspec", "pyflakes", "rich", "ssl"]),
         ("hfsm_runtime.command", ["asyncio", "email", "html", "importlib.metadata", "json", "numpy"]),
         ("hfsm_runtime.command", ["rich", "ssl", "tomllib", "zenoh"]),
-        ("naoserver_sim._command", ["OpenGL", "asyncio", "naoserver_sim._own_body", "rich", "ssl", "zenoh"]),
+        ("naoserver_sim._command", ["OpenGL", "asyncio", "rich", "ssl", "visualhfsm_own_robots", "zenoh"]),
     ],
 )
 def test_what_a_command_may_not_need_is_not_loaded(module: str, unneeded: list[str]) -> None:

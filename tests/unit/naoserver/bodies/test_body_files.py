@@ -30,6 +30,7 @@ def test_facts_are_read_from_json_and_toml(tmp_path: Path) -> None:
     ("file", "text", "says"),
     [
         ("a.toml", 'model = "a.urdf"\n', "naoserver-sim --body {0} --write-body {1}/a.json"),
+        ("a.urdf", "<robot/>", "naoserver-sim --body {0} --write-body {1}/a.json"),
         ("a.toml", 'name = "A"\nlinks = [{{ name = "a", mass = 1 }}]\nwings = 2\n', "{0}:3: wings: there is"),
         ("a.toml", "name =", "{0}: not TOML"),
         ("a.json", '{{"name": "A"}}', "{0}: links is missing"),

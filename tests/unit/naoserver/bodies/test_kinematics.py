@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from naoserver.bodies import find_body
-from naoserver.bodies.kinematics import angles_of, kinematics_of, matrix_of, rotation, turned
+from naoserver.bodies.kinematics import angles_of, kinematics_of, matrix_of, neighbors_of, rotation, turned
 from naoserver.bodies.parts import Joint, Link, Place, Shape, Sole
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
@@ -235,3 +235,21 @@ def test_a_quaternion_turns_as_its_axis_and_angle():
     quaternion = (math.cos(0.35), *(math.sin(0.35) * part for part in axis))
     assert turned(quaternion) == pytest.approx(rotation(axis, 0.7))
     assert (turned((1.0, 0.0, 0.0, 0.0)) == np.eye(4)).all()
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "neighbors"),
+    [
+        ("torso", "l_thigh", True),
+        ("torso", "head", True),
+        ("l_thigh", "l_tibia", True),
+        ("l_tibia", "l_foot", True),
+        ("torso", "l_forearm", False),
+        ("l_thigh", "r_thigh", False),
+        ("l_thigh", "l_foot", False),
+        ("l_pelvis", "r_pelvis", False),
+    ],
+)
+def test_neighbors_are_what_one_joint_or_one_point_joins(first, second, neighbors):
+    assert neighbors_of(H25)(first, second) is neighbors
+    assert neighbors_of(H25)(second, first) is neighbors

@@ -13,6 +13,7 @@ from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, Post
 from naoserver.bodies import BODY_NAMES
 from naoserver.errors import RobotError
 from tests.support.arm import ARM, ARM_TOML
+from tests.support.plugins import OWN_ROBOTS
 from visualhfsm.testing import MakeBehavior
 
 
@@ -158,6 +159,7 @@ def test_any_known_body_turns_what_carries_its_camera(name: str, behavior: MakeB
     assert b.robot.head == pytest.approx((0.3, 0.1), abs=0.01)
 
 
+@OWN_ROBOTS
 @pytest.mark.sim
 @pytest.mark.parametrize("name", ["arm.toml", "arm.urdf"])
 def test_a_body_of_ones_own_is_given_by_its_file_or_its_model(
