@@ -1,1 +1,1 @@
-"""Matches of football between documents, judged by a referee; `visualhfsm match` plays one."""
+"""Football between documents, judged by a referee, and what they see it by; `visualhfsm match` plays a match."""
