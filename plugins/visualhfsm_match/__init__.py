@@ -1,1 +1,1 @@
-"""Football between documents, judged by a referee, and what they see it by; `visualhfsm match` plays a match."""
+"""Football between documents: matches that a referee judges, `visualhfsm match`, and what robots see it by."""
