@@ -1,1 +1,1 @@
-"""Football between documents: matches that a referee judges, `visualhfsm match`, and what robots see it by."""
+"""Football between documents: matches with a referee, `visualhfsm match`, and what robots see it by."""
