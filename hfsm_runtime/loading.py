@@ -123,7 +123,8 @@ def how_to_install(error: ModuleNotFoundError) -> str:
     if name in _OF_ROS:
         return "it comes with ROS, not by pip: start the component where ROS is set up"
     if name.startswith(_PLUG_IN):
-        return f"it is a plug-in: type `pip install 'visualhfsm[{name.removeprefix(_PLUG_IN).replace('_', '-')}]'`"
+        extra = name.removeprefix(_PLUG_IN).replace("_", "-")
+        return f"it is a plug-in: type `pip install 'visualhfsm[{extra}]'`"
     return f"try `pip install {_PACKAGES.get(name, name)}`"
 
 
