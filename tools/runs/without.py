@@ -1,6 +1,6 @@
 """Delete folders of plugins/ in a clone, and see that the rest stands: `without.py [PLUGIN...]`, or all.
 
-The linters, the docs and the tests of the core run there, and those of the plug-ins that are left are imported.
+Linters, docs and the tests of the core run there, and those of the plug-ins that are left are imported.
 """
 
 from __future__ import annotations
