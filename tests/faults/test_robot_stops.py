@@ -91,10 +91,10 @@ def test_a_real_robot_that_was_stopped_neither_moves_nor_stands_up_when_its_serv
 
     with fake_as_naoqi(speed=3.0) as url:
         stand = ("--robot", url, "--start", "stand")
-        with server("naoserver.naoqi", endpoint, *stand) as process:
+        with server("visualhfsm_naoqi.robot", endpoint, *stand) as process:
             known(client).emergencyStop("a hand in the way")
             kill(process)
-        with server("naoserver.naoqi", endpoint, *stand) as process:
+        with server("visualhfsm_naoqi.robot", endpoint, *stand) as process:
             process.wait_for("the robot is still stopped: it stays as it is")
             assert "a hand in the way" in known(client).getSafetyState().reason
 

@@ -86,7 +86,7 @@ def test_it_is_named_by_pytest(project: Path, test: str) -> None:
     assert "it was executed" not in done.stdout
 
 
-@pytest.mark.parametrize("module", cases(["naoserver.naoqi"], ["ballmover", "visualhfsm"]))
+@pytest.mark.parametrize("module", cases(["visualhfsm_naoqi.robot"], ["ballmover", "visualhfsm"]))
 def test_it_is_found_wherever_python_looks(project: Path, tmp_path: Path, module: str) -> None:
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()

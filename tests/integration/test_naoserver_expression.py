@@ -11,11 +11,11 @@ from interfaces.jderobot import CommandRefusedException, InvalidValueException
 from interfaces.nao import LedColor, LedsPrx, Sounds, SoundSamples, SoundsPrx, SpeechPrx
 from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
-from naoserver.naoqi._robot import NaoqiRobot
+from tests.plugins.visualhfsm_naoqi.support.scripted import ScriptedNaoqi
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client, wait_for
-from tests.support.scripted_naoqi import ScriptedNaoqi
 from tests.support.waiting import until
+from visualhfsm_naoqi.robot._robot import NaoqiRobot
 from zenoh_ice import RobotClock
 
 RED = LedColor(red=1.0, green=0.0, blue=0.0)

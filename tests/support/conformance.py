@@ -63,8 +63,8 @@ def simulated(body: Body = H25) -> Iterator[Robot]:
 @contextmanager
 def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
     """Serve the robot without physics as NAOqi does; yield its URL."""
-    pytest.importorskip("visualhfsm_naoqi_programs", reason="the robot behind NAOqi is that of a plug-in")
-    from visualhfsm_naoqi_programs import serve_as_naoqi
+    pytest.importorskip("visualhfsm_naoqi.programs", reason="the robot behind NAOqi is that of a plug-in")
+    from visualhfsm_naoqi.programs import serve_as_naoqi
 
     behind = FakeRobot(clock_at(speed), body=body)
     with (
@@ -85,9 +85,9 @@ def naoqi(body: Body = H25) -> Iterator[Robot]:
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver.hardware.connection import HardwareLimits
-    from naoserver.naoqi._link import RobotAddress
-    from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
+    from visualhfsm_naoqi.robot._link import RobotAddress
+    from visualhfsm_naoqi.robot._robot import NaoqiRobot
 
     with fake_as_naoqi(body) as url:
         address, limits = RobotAddress.parse(url), HardwareLimits(period=0.05)

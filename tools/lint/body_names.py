@@ -15,8 +15,7 @@ GENERATED: Final = {ROOT / "behaviors", ROOT / "interfaces", ROOT / "tests"}
 SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
 FREE: Final = (
     "naoserver/bodies",  # descriptions, motions and looks of each body
-    "naoserver/naoqi",  # NAOqi runs on Naos only, and its names are theirs
-    "plugins/visualhfsm_naoqi_programs",
+    "plugins/visualhfsm_naoqi",  # NAOqi runs on Naos only, and its names are theirs
 )
 """Folders in which bodies have names."""
 WORD: Final = re.compile(r"\w+")

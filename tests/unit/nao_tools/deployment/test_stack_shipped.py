@@ -15,7 +15,7 @@ from tests.support.security import Keys
 APPS = {
     "ballmover": "ballmover._cli",
     "nao": "nao_tools._command",
-    "naoserver-naoqi": "naoserver.naoqi._command",
+    "naoserver-naoqi": "visualhfsm_naoqi.robot._command",
     "naoserver-sim": "naoserver_sim._command",
     "visualhfsm": "visualhfsm._commands.app",
 }

@@ -107,7 +107,7 @@ async def asking(limits: PartLimits) -> AsyncIterator[Page]:
         yield page
     finally:
         await page.robot.close()
-        assert not [*children("naoserver_sim"), *children("naoserver.naoqi"), *children("ballmover")]
+        assert not [*children("naoserver_sim"), *children("visualhfsm_naoqi.robot"), *children("ballmover")]
 
 
 async def test_a_robot_starts_is_there_and_ends(page: Page) -> None:
@@ -236,7 +236,7 @@ class TestRealRobots:
     ) -> None:
         await page.robot.connect(address, start, lambda: None)
         assert (page.shown.started, page.shown.name) == ("real", address)
-        (server,) = children("naoserver.naoqi")
+        (server,) = children("visualhfsm_naoqi.robot")
         assert options <= {*server.cmdline()}
 
     @pytest.mark.parametrize(
@@ -266,7 +266,7 @@ class TestRealRobots:
         page.robot.require_connected()
 
         def refuse() -> None:
-            assert not children("naoserver.naoqi"), "the one before has ended"
+            assert not children("visualhfsm_naoqi.robot"), "the one before has ended"
             raise VisualHfsmError.because("stop walker first")
 
         with pytest.raises(VisualHfsmError, match="stop walker first"):
