@@ -15,8 +15,8 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
+from tests.plugins.visualhfsm_naoqi.support.robots import fake_as_naoqi
 from tests.support.commands import run_here
-from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.naoqi import call
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
