@@ -165,6 +165,23 @@ def test_it_names_what_is_not_installed(tmp_path):
     assert "qi is not installed; type: pip install 'visualhfsm[naoqi]'" in done.stderr
 
 
+def test_a_module_that_hides_the_interfaces_is_named(tmp_path):
+    hiding = tmp_path / "interfaces.py"
+    hiding.write_text("raise RuntimeError('it was executed')\n")
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "visualhfsm_naoqi.robot"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), *sys.path))},
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    expected = f"robot: error: {hiding} hides the package interfaces of VisualHFSM: rename it\n"
+    assert (done.returncode, done.stdout) == (1, expected)
+
+
 def test_the_password_may_come_from_the_environment(monkeypatch):
     """Its name may not look like a setting's: a setting that does not exist ends every command."""
     monkeypatch.setenv("NAOQI_PASSWORD", "secret")
