@@ -200,7 +200,7 @@ class StartedRobot:
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
         with VisualHfsmError.in_place_of(NotInstalledError):
-            optional("visualhfsm_naoqi")
+            optional("visualhfsm_naoqi", "visualhfsm[naoqi]")
         await complete(self._start("real", address, "visualhfsm_naoqi.robot", options, require_rest))
 
     async def move_balls(self, *, moving: bool) -> None:

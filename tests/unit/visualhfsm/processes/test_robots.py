@@ -6,15 +6,18 @@ import asyncio
 import logging
 import os
 import signal
+import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from codegen.messages import NO_MESSAGE
 from tests.support.coroutines import Loop
 from tests.support.limits import FOREVER
+from tests.support.plugins import without
 from tests.support.processes import children
 from tests.support.pushes import Pushes
 from visualhfsm._base.environment import child_environment
@@ -74,12 +77,13 @@ class Page:
 @pytest.fixture
 def stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have commands that do nothing, which the children find first."""
-    for name, code in (("naoserver_sim", SERVER), ("naoserver", ""), ("ballmover", MOVER)):
+    for name, code in (("naoserver_sim", SERVER), ("visualhfsm_naoqi", ""), ("ballmover", MOVER)):
         package = tmp_path / name
         package.mkdir()
         (package / "__init__.py").touch()
         (package / "__main__.py").write_text(code)
-    (tmp_path / "naoserver" / "naoqi.py").write_text(SERVER)
+    (tmp_path / "visualhfsm_naoqi" / "robot.py").write_text(SERVER)
+    monkeypatch.setitem(sys.modules, "visualhfsm_naoqi", ModuleType("visualhfsm_naoqi"))
     found = child_environment()
     path = os.pathsep.join((str(tmp_path), found["PYTHONPATH"]))
     monkeypatch.setattr(
@@ -254,6 +258,14 @@ class TestRealRobots:
     async def test_what_is_no_address_is_refused(self, address: str, page: Page) -> None:
         with pytest.raises(VisualHfsmError, match="is not a robot address"):
             await page.robot.connect(address, "stand", lambda: None)
+
+    async def test_without_the_plug_in_the_page_is_told_what_installs_it(self, page: Page) -> None:
+        with (
+            without("visualhfsm_naoqi"),
+            pytest.raises(VisualHfsmError, match=r"pip install 'visualhfsm\[naoqi\]'"),
+        ):
+            await page.robot.connect("nao.local", "leave", lambda: None)
+        assert page.shown == Robot()
 
     async def test_nothing_may_start_while_one_is_connected_and_none_is_while_something_runs(
         self, page: Page
