@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from naoserver.bodies import require_family
 from naoserver.errors import RobotError
 from naoserver.serving.entrances import Entrance, later_port
 from visualhfsm_naoqi import lacking
@@ -43,9 +44,7 @@ def serve_as_naoqi(
     that the system picked for port 0; its end cancels running calls and closes every connection. Raises
     RobotError for another robot than a Nao, when it cannot listen there, or when the package qi is missing.
     """
-    from naoserver.bodies.nao import require_nao
-
-    require_nao(robot.body, "--qi serves NAOqi")
+    require_family(robot.body, "H25", "--qi serves NAOqi, the system of the Nao")
     try:
         from visualhfsm_naoqi.programs._service import serve
     except ModuleNotFoundError as error:

@@ -7,8 +7,8 @@ from typing import Annotated, Final
 
 import typer
 
-from naoserver.bodies import find_body
-from naoserver.bodies.nao import H25, require_nao
+from naoserver.bodies import find_body, require_family
+from naoserver.bodies.nao import H25
 from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
 from naoserver.options import ServerOptions, capped
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName
@@ -69,7 +69,7 @@ def naoserver_naoqi(
     """
     address = parse_address(robot, user, password)
     lifecycle, facts = LifecycleOptions(start, end, life), find_body(body)
-    require_nao(facts, "naoserver-naoqi drives NAOqi")
+    require_family(facts, H25.name, "naoserver-naoqi drives NAOqi, the system of the Nao")
     options = ServerOptions(safety=capped(joint_speed), team=team, resume_after_reset=resume_after_reset)
     with closing(DeadMansSwitch(SWITCH, address)) as switch:
         nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, facts)
