@@ -1,4 +1,4 @@
-"""The connection over libqi: the only module that imports `qi`."""
+"""The connection over libqi: alone of what drives the real robot, it imports `qi`."""
 
 from __future__ import annotations
 
