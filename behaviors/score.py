@@ -36,9 +36,9 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import ActionStatus
 from naoserver.body import read_body
 from naoserver.errors import RobotError
-from naoserver.gaze import Gaze
-from naoserver.soccer_field.localization import Localizer
-from naoserver.soccer_field.model import Field
+from visualhfsm_match.gaze import Gaze
+from visualhfsm_match.localization import Localizer
+from naoserver.soccer_field import Field
 # </libraries>
 
 

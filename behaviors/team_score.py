@@ -38,9 +38,9 @@ import numpy as np
 from interfaces.jderobot import CameraPrx
 from naoserver.body import read_body
 from naoserver.errors import RobotError
-from naoserver.gaze import Gaze
-from naoserver.soccer_field.localization import Localizer
-from naoserver.soccer_field.model import Field
+from visualhfsm_match.gaze import Gaze
+from visualhfsm_match.localization import Localizer
+from naoserver.soccer_field import Field
 # </libraries>
 
 

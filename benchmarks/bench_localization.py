@@ -22,9 +22,9 @@ from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.network import VirtualNetwork
 from interfaces.jderobot import CameraPrx, EncodersPrx
 from interfaces.nao import ActionStatus, PoseHeadPrx, WalkPrx
-from naoserver.soccer_field.localization import Localizer
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from visualhfsm.simulation._robot import RobotUnderTest
+from visualhfsm_match.localization import Localizer
 
 START: Final = -0.75
 OFF: Final = 0.15, math.radians(8)

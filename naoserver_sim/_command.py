@@ -26,7 +26,7 @@ from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.safety.latch import latch_of
 from naoserver.serving.entrances import Entrance, Served, find_entrances, flag, later_port, options_of
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName, problem_of, serve
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from naoserver_sim.arena import Arena
 from naoserver_sim.named_body import named_body, own_robots
 from naoserver_sim.robot import SimulatedRobot

@@ -16,7 +16,7 @@ from naoserver.bodies.capabilities import Pose, Truth, Vector, WorldShape
 from naoserver.bodies.description import rounded
 from naoserver.bodies.parts import NO_TURN
 from naoserver.errors import InvalidCommand
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from naoserver_sim._motors import Array
 from naoserver_sim._simulator import Simulator, Snapshot
 from naoserver_sim._surroundings import WHITE, about_z

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import RobotError
-from naoserver.soccer_field.model import POST_RADIUS, Field
+from naoserver.soccer_field import POST_RADIUS, Field
 from naoserver_sim._body import add_camera, add_motor
 from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Light, Sign, World
 from zenoh_ice.application import missing_package

@@ -18,7 +18,7 @@ from msgspec import Meta, Struct
 
 from naoserver.bodies.parts import JointFacts
 from naoserver.errors import RobotError
-from naoserver.soccer_field.model import Field, Share, Size
+from naoserver.soccer_field import Field, Share, Size
 from zenoh_ice.data.toml_file import parse_toml, read_text
 from zenoh_ice.settings import Realm
 

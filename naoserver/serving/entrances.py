@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, Protocol
 
 from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from zenoh_ice import ObjectAdapter, plugins
 
 _PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")

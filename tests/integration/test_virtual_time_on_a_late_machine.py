@@ -10,11 +10,12 @@ import pytest
 
 from tests.support.examples import examples
 from tests.support.limits import RUN_LIMIT
+from tests.support.plugins import needs
 from tests.support.processes import REPOSITORY, module
 from tests.support.soak import cases, repeated
 from tests.support.virtual_trace import BEGINS, trace
 
-pytestmark = [pytest.mark.sim, pytest.mark.gl]
+pytestmark = [pytest.mark.sim, pytest.mark.gl, needs("visualhfsm_match")]  # it plays football
 
 LONG_PAUSE = 1.2  # s, longer than one wait for a picture
 LONGEST_PAUSE = repeated(0.2, soak=2.0)  # s

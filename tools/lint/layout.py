@@ -21,9 +21,6 @@ GENERATED: Final = {"interfaces", "behaviors"}
 TESTED_BY: Final = {
     "nao_tools/_listing.py": "integration/test_nao_command.py",
     "nao_tools/_status.py": "integration/test_nao_command.py",
-    "naoserver/soccer_field/_obstacles.py": "unit/naoserver/soccer_field/test_localization.py",
-    "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
-    "naoserver/soccer_field/_picture.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
     "visualhfsm/_monitor/steering.py": "doors/test_run_and_watch.py",
     "visualhfsm/testing/_coverage.py": "unit/visualhfsm/testing/test_plugin.py",

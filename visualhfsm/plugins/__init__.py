@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from visualhfsm._base.line_process import TooSlowError as TooSlowError
     from visualhfsm._base.line_process import explain_signal as explain_signal
     from visualhfsm._base.line_process import kill_group as kill_group
-    from visualhfsm._base.markdown import markdown as markdown
     from visualhfsm._base.options import examples as examples
     from visualhfsm._base.task_processes import EndedError as EndedError
     from visualhfsm._base.task_processes import TaskProcesses as TaskProcesses

@@ -147,7 +147,7 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
     world = plan.scene.get("world")
     if not isinstance(world, str) or plan.robot != "sim":
         return []
-    from naoserver.soccer_field.model import FieldLines
+    from naoserver.soccer_field import FieldLines
     from naoserver_sim.world import load_world  # needs the package MuJoCo
 
     field = load_world(str(Path(plan.document).parent / world) if world.endswith(".toml") else world).field

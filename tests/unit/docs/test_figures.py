@@ -14,7 +14,7 @@ from naoserver.bodies.parts import Wheels
 from naoserver.moves.motion_file import MotionError, load_motions, parse_motion
 from naoserver.options import SafetyOptions
 from naoserver.protocol.expression import SOUNDS
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import (

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from naoserver_sim._stage import describe_world
 from naoserver_sim._surroundings import draw_field
 from naoserver_sim.model import build_model

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 
 from naoserver.errors import RobotError
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from naoserver_sim._surroundings import draw_field
 from naoserver_sim.model import build_model
 from naoserver_sim.world import bundled_worlds, load_world, parse_world, scattered

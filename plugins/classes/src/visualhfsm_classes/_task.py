@@ -11,7 +11,8 @@ from typing import Any, Final
 from urllib.parse import unquote
 
 from codegen.files import is_regular, read_regular
-from visualhfsm.plugins import Root, markdown
+from visualhfsm.plugins import Root
+from visualhfsm_classes._markdown import markdown
 
 _TASK, _EXERCISE, _MARKS, _TRIALS = "task.md", "exercise.toml", "marks.md", ".trials.toml"
 _HAND_IN: Final = "hand-in"  # from there, below the root, a teacher collects: docs/how-to/classroom.md

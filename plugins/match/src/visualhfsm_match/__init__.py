@@ -1,1 +1,1 @@
-"""Matches of football between documents, judged by a referee; `visualhfsm match` plays one."""
+"""Football between documents: matches with a referee, `visualhfsm match`, and what robots see it by."""

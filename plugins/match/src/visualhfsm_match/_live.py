@@ -13,7 +13,7 @@ import typer
 
 from naoserver.errors import RobotError
 from naoserver.serving.entrances import Entrance, Served
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._places import Places, sight_of
 from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Put, Referee

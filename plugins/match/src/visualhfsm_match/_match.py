@@ -14,7 +14,7 @@ import numpy as np
 from hfsm_runtime.virtual import ExecutionError
 from naoserver.bodies import find_body
 from naoserver.errors import RobotError
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from naoserver_sim.arena import Arena
 from naoserver_sim.world import RobotPlace, World, load_world
 from visualhfsm.plugins import Turns, VirtualMedium

@@ -14,7 +14,7 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 
 from interfaces.nao import MatchPhase, Offense
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from visualhfsm_match._rules import Rules
 
 PERIOD: Final = 0.1

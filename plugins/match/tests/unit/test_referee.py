@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from interfaces.nao import MatchPhase, Offense
-from naoserver.soccer_field.model import Field
+from naoserver.soccer_field import Field
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._referee import PERIOD, Put, Referee, Seen, Sight
 from visualhfsm_match._rules import RULES, load_rules

@@ -18,13 +18,14 @@ from codegen.hfsm import compile_document
 from hfsm_runtime import VirtualRun
 from tests.support.documents import generate, load
 from tests.support.places import DATA, ROOT
+from tests.support.plugins import needs
 from visualhfsm.simulation import Behavior
 
 DIRECTORY = DATA / "components"
 DOCUMENTS = sorted(path.stem for path in DIRECTORY.glob("*.xml"))
 DOUBTFUL = {"own_names": {"W543"}, "tolerated": {"W510", "W511", "W512", "W513"}}
 IN_GIT = [
-    path
+    pytest.param(path, marks=[needs("visualhfsm_match")] if "visualhfsm_match" in path.read_text() else [])
     for folder in ("behaviors", "examples")
     for path in sorted((ROOT / folder).rglob("*.py"))
     if "(Component, document=" in path.read_text()

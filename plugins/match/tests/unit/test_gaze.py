@@ -10,7 +10,7 @@ from naoserver.bodies import find_body
 from naoserver.bodies.kinematics import kinematics_of
 from naoserver.bodies.parts import Axis
 from naoserver.errors import RobotError
-from naoserver.gaze import Gaze
+from visualhfsm_match.gaze import Gaze
 
 BODIES = ("H25", "T1", "G1", "Cart")
 PLACES = [(1.0, 0.0), (1.2, 0.8), (1.5, -1.0), (3.0, 0.6)]

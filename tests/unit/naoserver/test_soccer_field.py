@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from naoserver.soccer_field.model import Field, FieldLines
+from naoserver.soccer_field import Field, FieldLines
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.soccer_field._panorama import Mask
-from naoserver.soccer_field.model import Array
+from naoserver.soccer_field import Array
+from visualhfsm_match.localization._panorama import Mask
 
 Numbers = NDArray[np.int64]
 

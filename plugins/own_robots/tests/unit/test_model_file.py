@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from tests.plugins.visualhfsm_own_robots.support.robot_files import joint, link
+from plugins.own_robots.tests.support.robot_files import joint, link
 from tests.support.meshes import cone, write_stl
 from tests.support.models import FOLDER
 from tests.support.soak import cases

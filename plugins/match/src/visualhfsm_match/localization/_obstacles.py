@@ -7,9 +7,9 @@ from typing import Final, NamedTuple
 import cv2
 import numpy as np
 
-from naoserver.soccer_field._panorama import HEIGHT, Mask
-from naoserver.soccer_field._picture import Numbers, horizon_of, on_floor, runs_of
-from naoserver.soccer_field.model import Array
+from naoserver.soccer_field import Array
+from visualhfsm_match.localization._panorama import HEIGHT, Mask
+from visualhfsm_match.localization._picture import Numbers, horizon_of, on_floor, runs_of
 
 _STEP: Final = 4
 """Pixels from one searched column to the next."""

@@ -10,7 +10,7 @@ from naoserver.body import read_body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim.named_body import named_body
 from naoserver_sim.robot import SimulatedRobot
-from tests.plugins.visualhfsm_own_robots.support.robot_files import INERTIAL
+from plugins.own_robots.tests.support.robot_files import INERTIAL
 from tests.support.arm import ARM
 from tests.support.arm import ARM_TOML as PLAIN_TOML
 from tests.support.cart import CART, CART_TOML

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.soccer_field.model import Array, Field, FieldLines
+from naoserver.soccer_field import Array, Field, FieldLines
 
 Mask = NDArray[np.bool_]
 

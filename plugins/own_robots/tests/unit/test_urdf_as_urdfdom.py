@@ -7,7 +7,7 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim.appearance import NO_COLOR, color_of
-from tests.plugins.visualhfsm_own_robots.support.robot_files import BOX, INERTIAL, joint, link
+from plugins.own_robots.tests.support.robot_files import BOX, INERTIAL, joint, link
 from tests.support.meshes import cone, write_stl
 from visualhfsm_own_robots._model_file import read_model
 

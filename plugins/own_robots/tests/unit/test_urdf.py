@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from naoserver.errors import RobotError
-from tests.plugins.visualhfsm_own_robots.support.robot_files import BOX, INERTIAL, joint, link, urdf
+from plugins.own_robots.tests.support.robot_files import BOX, INERTIAL, joint, link, urdf
 from visualhfsm_own_robots._model_file import read_model
 from visualhfsm_own_robots._urdf import Sensor
 

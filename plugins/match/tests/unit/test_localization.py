@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from naoserver.soccer_field.localization import Localizer, Pose
-from naoserver.soccer_field.model import POST_RADIUS, Field
+from naoserver.soccer_field import POST_RADIUS, Field
 from tests.support.soak import cases
+from visualhfsm_match.localization import Localizer, Pose
 
 FIELD = Field()
 WIDTH, HEIGHT, FOCAL = 320, 240, 272.0

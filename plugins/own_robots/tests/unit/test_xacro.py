@@ -6,7 +6,7 @@ import os
 import pytest
 
 from naoserver.errors import RobotError
-from tests.plugins.visualhfsm_own_robots.support.robot_files import joint, link, urdf
+from plugins.own_robots.tests.support.robot_files import joint, link, urdf
 from visualhfsm_own_robots._tree import read_tree
 from visualhfsm_own_robots._xacro import expanded
 

@@ -11,7 +11,7 @@ few milliseconds per picture. But it follows a single hypothesis, so it needs th
 of all sides, in which `panorama` finds it. Only the start resolves which half is which, because a field looks
 the same after half a turn.
 
-Poses are x and y in m and the heading in rad, in the frame of `naoserver.soccer_field.model`.
+Poses are x and y in m and the heading in rad, in the frame of `naoserver.soccer_field`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.soccer_field._obstacles import find_standing
-from naoserver.soccer_field._panorama import (
+from naoserver.soccer_field import POST_RADIUS, Array, Field, FieldLines
+from visualhfsm_match.localization._obstacles import find_standing
+from visualhfsm_match.localization._panorama import (
     Found,
     Mask,
     Panorama,
@@ -36,10 +37,7 @@ from naoserver.soccer_field._panorama import (
     turn,
     wrapped,
 )
-from naoserver.soccer_field._picture import horizon_of, on_floor, runs_of
-from naoserver.soccer_field.model import POST_RADIUS, Array, Field, FieldLines
-
-__all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
+from visualhfsm_match.localization._picture import horizon_of, on_floor, runs_of
 
 # -- in a picture: colors as OpenCV's HSV, hues from 0 to 180 and the rest from 0 to 255
 _GREEN: Final = (35, 60, 15), (90, 255, 255)
