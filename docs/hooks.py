@@ -43,7 +43,7 @@ COMMANDS: Final = {
     "visualhfsm": "visualhfsm._commands.app",
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim._command",
-    "naoserver-naoqi": "naoserver.naoqi._command",
+    "naoserver-naoqi": "visualhfsm_naoqi.robot._command",
     "naoserver-ros2": "visualhfsm_ros2.gateway._command",
     "ballmover": "ballmover._cli",
     "nao": "nao_tools._command",
@@ -319,7 +319,7 @@ def naoqi() -> str:
 
 
 def _naoqi_operations() -> str:
-    from visualhfsm_naoqi_programs import _service as service
+    from visualhfsm_naoqi.programs import _service as service
 
     rows = []
     for name in sorted({*service.SERVICES, *service.REFUSED}):

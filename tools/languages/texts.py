@@ -53,7 +53,7 @@ class TextsError(Exception):
 
 
 _CODE: Final = ("codegen", "plugins", "visualhfsm")
-_ROBOTS: Final = ("naoserver/", "naoserver_sim/")
+_ROBOTS: Final = ("naoserver/", "naoserver_sim/", "plugins/naoqi/src/visualhfsm_naoqi/robot/")
 _REFUSALS: Final = {
     **dict.fromkeys(("CommandRefused", "InvalidValueException", "LinkLost", "RouteError"), 0),
     "InvalidCommand": 1,
