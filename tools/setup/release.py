@@ -45,7 +45,8 @@ class ReleaseError(Exception):
 
 def run(*command: str | Path, cwd: Path = ROOT) -> str:
     """Return the output of a command; raises ReleaseError, with the output, when it fails."""
-    environment = {**os.environ, "PIP_CONSTRAINT": str(ROOT / "constraints.txt")}
+    constraints = str(ROOT / "constraints.txt")
+    environment = {**os.environ, "PIP_CONSTRAINT": constraints, "UV_CONSTRAINT": constraints}
     environment.pop("PYTHONPATH", None)
     done = subprocess.run(
         command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False
