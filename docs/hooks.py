@@ -43,11 +43,16 @@ COMMANDS: Final = {
     "visualhfsm": "visualhfsm._commands.app",
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim._command",
-    "naoserver-naoqi": "visualhfsm_naoqi.robot._command",
-    "naoserver-ros2": "visualhfsm_ros2.gateway._command",
     "ballmover": "ballmover._cli",
     "nao": "nao_tools._command",
 }
+COMMANDS.update(
+    {
+        name: f"{entry.partition('.__main__')[0]}._command"
+        for each in PLUG_INS
+        for name, entry in each.project.get("scripts", {}).items()
+    }
+)
 PARTS: Final = {"codegen diff": "codegen._diff"}
 """Commands that are part of another one, each with its module."""
 SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.application.cli
