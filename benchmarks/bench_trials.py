@@ -39,6 +39,7 @@ import numpy as np
 import psutil
 from rich.console import Console
 from rich.table import Table
+from visualhfsm_cluster._cluster import Cluster
 
 from benchmarks.common import parts
 from tests.support.dask_cluster import DaskCluster
@@ -53,7 +54,6 @@ from visualhfsm.trials._statistics import UNBOUNDED, mean_of, rarest, require_sc
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._trial import quiet, run_trial
 from visualhfsm_classes import read_exercise
-from visualhfsm_cluster._cluster import Cluster
 
 PAIRS: Final = 11
 RUNS_OF_A_ROUND: Final = 72

@@ -3,9 +3,10 @@
 import assert from "node:assert/strict";
 import {test} from "node:test";
 
-import {STATIC} from "./page.js";
+import {PLUGINS, knowNames} from "./page.js";
 
-const {duration, endings, requestOf, statePaths, verbOf} = await import(`${STATIC}trials/asking.js`);
+knowNames();
+const {duration, endings, requestOf, statePaths, verbOf} = await import(`${PLUGINS}visualhfsm_trials/static/asking.js`);
 
 const PLAN = {file: "", runs: 100, limit: 60, robot: "sim", state: ""};
 

@@ -35,12 +35,12 @@ PACKAGES: Final = [
     "visualhfsm",
     "zenoh_ice",
     "visualhfsm_classes",
-    "visualhfsm_cluster",
     "visualhfsm_learning",
     "visualhfsm_makers",
     "visualhfsm_naoqi_programs",
     "visualhfsm_old_documents",
     "visualhfsm_ros2",
+    "visualhfsm_trials",
     "zenoh_ros2",
 ]
 """The core, and the plug-ins as far as they are there."""
