@@ -36,7 +36,7 @@ TIMES: Final = range(repeated(test=1, soak=30))
 WORKERS: Final = repeated(test="1", soak="2")
 MISHAPS: Final = repeated(test="0, 0, 0, 2", soak=f"{'0, ' * 18} 1, 2")
 WORKER: Final = "visualhfsm.trials._worker"
-ENVIRONMENT: Final = {"PYTHONPATH": f"{ROOT}:{ROOT / 'plugins'}", "COLUMNS": "200"}
+ENVIRONMENT: Final = {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 _PARAMETERS: Final = (
     "<parameters><parameter><name>weight</name><type>float</type><default>1</default></parameter>"
