@@ -23,7 +23,9 @@ def show(console: Console, exercise: Exercise, language: str, marks: Sequence[Ma
     table = _table(f"{exercise.title[language]}", "", "", "", say(language, "happened"))
     for each in marks:
         points = Text(f"{figure(language, each.points)}", "bold")
-        table.add_row(Text(each.name), points, _bar(each.points / each.of, _BAR), Text(each.summary))
+        full = round(each.points / each.of * _BAR)
+        bar = Text.assemble(("█" * full, "green"), ("░" * (_BAR - full), "red"))
+        table.add_row(Text(each.name), points, bar, Text(each.summary))
     console.print(table)
     if not any(each.points for each in marks):
         console.print(
@@ -36,12 +38,6 @@ def show(console: Console, exercise: Exercise, language: str, marks: Sequence[Ma
             style="red",
             markup=False,
         )
-
-
-def _bar(part: float, length: int) -> Text:
-    """Return a part, from 0 to 1, as a bar."""
-    full = round(part * length)
-    return Text.assemble(("█" * full, "green"), ("░" * (length - full), "red"))
 
 
 def show_check(

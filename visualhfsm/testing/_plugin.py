@@ -192,8 +192,8 @@ class RunTrials:
         from zenoh_ice.plugins import optional
 
         file = _find_file("plan or document", Path(path), self._places)
-        plan = plan_of(file, success, **changes)
-        return optional("visualhfsm_trials", "visualhfsm[trials]").run_trials(plan, workers=workers)
+        plug_in = optional("visualhfsm_trials", "visualhfsm[trials]")
+        return plug_in.run_trials(plan_of(file, success, **changes), workers=workers)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Run a trial of a behavior: in virtual time, as a plan says, in a process of its own, judged at its end.
+"""Run a trial of a behavior: in virtual time, as a plan says, in a separate process, judged at its end.
 
 A plan says what varies from trial to trial, and what counts as success (`_plan.py`); `_trial.py` runs one,
 `_processes.py` in another process, with the files of an archive, and `_series.py` several at a time. What
