@@ -22,10 +22,9 @@ def show(console: Console, exercise: Exercise, language: str, marks: Sequence[Ma
     """Print the marks of a class, each with the reasons for lost points."""
     table = _table(f"{exercise.title[language]}", "", "", "", say(language, "happened"))
     for each in marks:
-        points = Text(f"{figure(language, each.points)}", "bold")
         full = round(each.points / each.of * _BAR)
         bar = Text.assemble(("█" * full, "green"), ("░" * (_BAR - full), "red"))
-        table.add_row(Text(each.name), points, bar, Text(each.summary))
+        table.add_row(Text(each.name), Text(figure(language, each.points), "bold"), bar, Text(each.summary))
     console.print(table)
     if not any(each.points for each in marks):
         console.print(

@@ -17,7 +17,7 @@ from visualhfsm.project._code_help.service import CodeHelp
 from zenoh_ice.settings import Settings
 
 from .protocol import VIEWS
-from .views import Work, WorkingView
+from .views import Work, begun
 
 _ANY_PORT: Final = Settings().listen
 
@@ -83,11 +83,7 @@ def make_parts(
             ),
             robot=robot,
             tests=StartedTests(publish, (folder or Path.cwd()).resolve(), include),
-            views={
-                name: view.begin(publish, include)
-                for name, view in VIEWS.items()
-                if isinstance(view, WorkingView)
-            },
+            views=begun(VIEWS, publish, include),
             checks=CheckProcess(folder=folder),
         )
 

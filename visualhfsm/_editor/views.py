@@ -157,6 +157,20 @@ def find_views(known: Iterable[type[Request]]) -> dict[str, View]:
     return views
 
 
+def begun(
+    views: Mapping[str, View], publish: Callable[[ViewPush], None], include: Sequence[Path]
+) -> dict[str, Work]:
+    """Return what does that which views do for documents, by the names of those that do something."""
+    found = {}
+    for name, view in views.items():
+        try:
+            if isinstance(view, WorkingView):
+                found[name] = view.begin(publish, include)
+        except (Exception, SystemExit):
+            _logger.exception("the view %s does nothing for documents", name)
+    return found
+
+
 def offered(views: Mapping[str, View], path: Path | None) -> list[str]:
     """Return the names of the views that have something to show of the document of a file."""
     found = []
