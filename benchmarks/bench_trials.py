@@ -44,16 +44,15 @@ from benchmarks.common import parts
 from plugins.trials.tests.support.dask_cluster import DaskCluster
 from tests.support.places import ROOT
 from tests.support.processes import module
+from visualhfsm.plugins import success_rate
 from visualhfsm.simulation import simulate
-from visualhfsm.trials import Outcome, Plan, Pool, Spread, Success
-from visualhfsm.trials._outcomes import Record
-from visualhfsm.trials._plan import Disturbance
-from visualhfsm.trials._series import LocalPool, Series
-from visualhfsm.trials._statistics import UNBOUNDED, mean_of, rarest, require_scipy, success_rate
-from visualhfsm.trials._summary import summarize
-from visualhfsm.trials._trial import quiet, run_trial
+from visualhfsm.trials import Disturbance, LocalPool, Outcome, Plan, Pool, Spread, Success, quiet, run_trial
 from visualhfsm_classes import read_exercise
-from visualhfsm_cluster._cluster import Cluster
+from visualhfsm_trials import Cluster
+from visualhfsm_trials._record import Record
+from visualhfsm_trials._series import KeptSeries
+from visualhfsm_trials._statistics import UNBOUNDED, mean_of, rarest, require_scipy
+from visualhfsm_trials._summary import summarize
 
 PAIRS: Final = 11
 RUNS_OF_A_ROUND: Final = 72
@@ -125,7 +124,7 @@ def _trial(plan: Plan, number: int) -> float:
 def rate() -> Rows:
     """Measure rounds of trials with one process, two, and four workers of Dask, which take turns."""
     follow = ROOT / "behaviors" / "follow_ball.xml"
-    series = Series(Plan(document=str(follow), limit=10.0, camera="drawn", scene={"noise": True}))
+    series = KeptSeries(Plan(document=str(follow), limit=10.0, camera="drawn", scene={"noise": True}))
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         cluster = stack.enter_context(DaskCluster(Path(folder), workers=4))
         pools: dict[str, Pool[Outcome]] = {
@@ -157,7 +156,7 @@ def rate() -> Rows:
 
 def short(runs: int) -> Rows:
     """Measure many short trials with two processes: how many in a second, and how much memory grows."""
-    series = Series(short_plan(runs))
+    series = KeptSeries(short_plan(runs))
     here = psutil.Process()
     memory: list[tuple[float, float]] = []
     with tempfile.TemporaryDirectory() as folder, LocalPool(2) as pool:

@@ -304,7 +304,7 @@ def pushes() -> str:
     from visualhfsm._editor import protocol
     from visualhfsm._monitor import messages as services
     from visualhfsm._processes import test_results as tests
-    from visualhfsm.trials import _messages as trials
+    from visualhfsm_trials import _messages as trials
 
     modules = (protocol, services, tests, trials)
     kinds = [each for module in modules for each in vars(module).values() if _is(each, services.Push)]

@@ -19,6 +19,7 @@ from tests.support.limits import RUN_LIMIT
 from tests.support.model_documents import stated
 from tests.support.pages import blocks_of, sections_of
 from tests.support.places import ROOT
+from tests.support.plugins import needs
 from tests.support.processes import ComponentProcess
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app
@@ -99,6 +100,7 @@ def test_a_property_that_does_not_hold_has_the_counterexample_that_is_shown() ->
     assert found.notes[0].message.splitlines()[1:] == steps
 
 
+@needs("visualhfsm_trials")
 @pytest.mark.promise("run a hundred trials and see what success depends on")
 def test_a_series_of_trials_is_kept_shown_and_not_computed_twice(tmp_path: Path) -> None:
     (tmp_path / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from gettext import NullTranslations
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +19,7 @@ from tests.support.editor import Editor
 from tests.support.monitor import DOCUMENT
 from tests.support.watching import recorded
 from visualhfsm._base import languages as _languages
-from visualhfsm._base.html_file import STATIC, html_file
+from visualhfsm._base.html_file import STATIC
 from visualhfsm._monitor.run_page import ExportedRun, write_run_page
 
 WORDS: Final = """(known) => {
@@ -98,7 +99,7 @@ BELOW: Final = {
     "Control+f": "hfsm-search",
     "Alt+o": "hfsm-output",
     "Alt+x": "hfsm-tests-panel",
-    "Alt+y": "hfsm-trials-panel",
+    **({"Alt+y": "hfsm-trials-panel"} if find_spec("visualhfsm_trials") else {}),
     "Alt+h": "hfsm-undo-steps",
 }
 DIALOGS: Final = ("F1", "Control+k", "Control+e", "Control+o", "Control+Shift+s", "Alt+c")
@@ -141,15 +142,6 @@ KNOWN: Final = [
 @pytest.fixture
 def document() -> str:
     return DOCUMENT
-
-
-TRIALS: Final = {
-    "name": "walk",
-    "share": {"successes": 1, "trials": 2, "lowest": 0.1, "highest": 0.9},
-    "planned": 2,
-    **dict.fromkeys(("looks", "histograms", "dependences", "maps", "ways", "worst"), ()),
-}
-"""A series of two trials, as the page of one shows it."""
 
 
 def made_up(route: Route) -> None:
@@ -338,17 +330,6 @@ def test_the_language_does_not_change_while_typed_text_waits_for_the_server(
         expect(shown.page.locator("html")).to_have_attribute("lang", "en")
         expect(shown.page.locator("hfsm-code-panel .cm-content")).to_contain_text("# typed")
         shown.connections.restore()
-
-
-def test_the_page_of_trials_speaks_the_language_of_its_reader(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / "run.html"
-    path.write_text(html_file("run", "onefile/trials-page.js", (), json.dumps(TRIALS).encode()), "utf-8")
-    for language, words in (("es", "1 de 2 ensayos lo consiguen"), ("en", "1 of 2 trials succeed")):
-        with new_context(browser, language) as context:
-            page = context.new_page()
-            page.goto(path.as_uri())
-            expect(page.get_by_text(words)).to_be_visible()
-            expect(page.locator("html")).to_have_attribute("lang", language)
 
 
 def test_what_was_said_in_an_exported_run_is_in_the_language_of_its_reader(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 
 import pytest
 from playwright.sync_api import Browser, expect
@@ -127,7 +128,7 @@ VIEWS: dict[str, Callable[[EditorPage], None]] = {
     "search": found,
     "output": panel("hfsm-output"),
     "tests": panel("hfsm-tests-panel"),
-    "trials": panel("hfsm-trials-panel"),
+    **({"trials": panel("hfsm-trials-panel")} if find_spec("visualhfsm_trials") else {}),
     "undo steps": panel("hfsm-undo-steps"),
     "timeline": panel("hfsm-monitor-timeline"),
     "shelf": shelf,

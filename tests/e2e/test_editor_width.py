@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 from typing import Final
 
 import pytest
@@ -114,7 +115,7 @@ BELOW: Final = (
     "search",
     "output",
     "tests-panel",
-    "trials-panel",
+    *(("trials-panel",) if find_spec("visualhfsm_trials") else ()),
     "undo-steps",
     "monitor-timeline",
 )
@@ -181,7 +182,7 @@ def situations(shown: EditorPage) -> Iterator[str]:
     page.locator(".cycles td").first.wait_for()
     yield "cycles of a run"
     page.evaluate(f"{APP}.showSide('')")
-    for tag in ("trials-panel", "monitor-timeline"):
+    for tag in (*BELOW[4:-2], "monitor-timeline"):
         page.evaluate(f"{APP}.showBottom('hfsm-{tag}')")
         page.locator(f".bottom hfsm-{tag} > *").first.wait_for()
         yield f"{tag}, during a run"

@@ -1,6 +1,16 @@
 /** What the tests of the page share: where its modules are, and the surroundings that they ask for. */
 
+import {register} from "node:module";
+
 export const STATIC = new URL("../../visualhfsm/_editor/static/", import.meta.url);
+export const PLUGINS = new URL("../../plugins/", import.meta.url);
+
+/** Let modules of plug-ins import those of the page as they do there. */
+export function knowNames() {
+  const hook = `export const resolve = (name, context, next) =>
+    next(name.startsWith("visualhfsm/") ? name.replace("visualhfsm/", "${STATIC.href}") : name, context);`;
+  register(`data:text/javascript,${encodeURIComponent(hook)}`);
+}
 
 /** A connection whose other end is the test. */
 export class Socket extends EventTarget {

@@ -1,11 +1,15 @@
 /** What the button of the panel *Trials* says and asks for. */
 
 import assert from "node:assert/strict";
+import {existsSync} from "node:fs";
 import {test} from "node:test";
 
-import {STATIC} from "./page.js";
+import {PLUGINS, knowNames} from "./page.js";
 
-const {duration, endings, requestOf, statePaths, verbOf} = await import(`${STATIC}trials/asking.js`);
+const ASKING = new URL("visualhfsm_trials/static/asking.js", PLUGINS);
+if (!existsSync(ASKING)) process.exit(); // a tree without plug-ins
+knowNames();
+const {duration, endings, requestOf, statePaths, verbOf} = await import(ASKING.href);
 
 const PLAN = {file: "", runs: 100, limit: 60, robot: "sim", state: ""};
 

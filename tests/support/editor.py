@@ -131,15 +131,11 @@ class NoCodeHelp:
         """Do nothing: nothing is open."""
 
 
-def parts(
-    code_help: Any = None, started: Any = None, followers: Any = None, robot: Any = None, trials: Any = None
-) -> Parts:
+def parts(code_help: Any = None, started: Any = None, followers: Any = None, robot: Any = None) -> Parts:
     """Return parts, some of which a test provides."""
     missing: Any = NoPart()
     help_with_code: Any = code_help or NoCodeHelp()
-    return Parts(
-        help_with_code, started or missing, followers or missing, robot or missing, trials or missing, missing
-    )
+    return Parts(help_with_code, started or missing, followers or missing, robot or missing, missing)
 
 
 def no_parts(_publish: Publish) -> Parts:

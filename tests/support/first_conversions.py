@@ -35,13 +35,13 @@ PACKAGES: Final = [
     "visualhfsm",
     "zenoh_ice",
     "visualhfsm_classes",
-    "visualhfsm_cluster",
     "visualhfsm_learning",
     "visualhfsm_makers",
     "visualhfsm_naoqi",
     "visualhfsm_old_documents",
     "visualhfsm_own_robots",
     "visualhfsm_ros2",
+    "visualhfsm_trials",
     "zenoh_ros2",
 ]
 """The core, and the plug-ins as far as they are there."""

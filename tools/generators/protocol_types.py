@@ -25,15 +25,20 @@ from visualhfsm._document.views import SHOWN
 from visualhfsm._editor import protocol
 from visualhfsm._monitor.messages import Push
 from visualhfsm._processes.test_results import TestsPush
+from visualhfsm.plugins import ViewPush
 from visualhfsm.project._code_help.protocol import Explanation as NameExplanation
+from visualhfsm_trials._messages import TrialsPush
+from visualhfsm_trials._view import view as trials
 
-__all__ = ["FILE", "protocol_types"]
+__all__ = ["FILE", "TRIALS", "protocol_types", "trials_types"]
 
 FILE: Final = STATIC / "data" / "protocol.d.ts"
+TRIALS: Final = trials.static / "messages.d.ts"
 
 _HEAD: Final = (
     "// Written by `python -m tools.generators.protocol_types` from the types of Python. Do not edit.\n"
 )
+_MODULE: Final = "visualhfsm/data/protocol.js"
 _PAGE: Final = """
 /** The last parameters of a function that takes the fields of a message, which may have none. */
 export type FieldsOf<Message> = {} extends Message ? [Message?] : [Message];
@@ -72,6 +77,7 @@ def protocol_types() -> str:
     """Return the types of everything that passes between page and server, as TypeScript."""
     writer = _Writer()
     known: set[type[msgspec.Struct]] = {*_descendants(Push), TestsPush}  # no other import makes it known
+    known.difference_update(_descendants(ViewPush))  # a view has types of its own
     pushes = sorted(known, key=_name_of_push)
     writer.alias("Push", "".join(f"\n  | {writer.message(each, _name_of_push(each))}" for each in pushes))
     requests = sorted(_concrete_requests(), key=lambda each: each.__name__)
@@ -82,6 +88,16 @@ def protocol_types() -> str:
     for element in (Document, Automaton):
         writer.element(element)
     return writer.text()
+
+
+def trials_types() -> str:
+    """Return the types of what passes between the page of trials and its view, as TypeScript."""
+    writer = _Writer()
+    writer.message(TrialsPush, "TrialsPush")
+    requests = sorted(trials.requests, key=lambda each: each.__name__)
+    writer.table("Requests", "The fields of each request.", requests, left_out=("id:",))
+    writer.answers(requests)
+    return writer.text_of_view()
 
 
 def _descendants(base: type[msgspec.Struct]) -> list[type[msgspec.Struct]]:
@@ -107,6 +123,14 @@ class _Writer:
     def text(self) -> str:
         """Return all that was written, in alphabetical order."""
         return "\n".join([_HEAD + _PAGE, *(self._written[name] for name in sorted(self._written))])
+
+    def text_of_view(self) -> str:
+        """Return the same of a view, whose requests are added to those of the page."""
+        added = [self._written.pop(name).partition("\n")[2] for name in ("Answers", "Requests")]
+        lines = "".join(added).replace("export ", "").splitlines()
+        module = [f'declare module "{_MODULE}" {{', *(f"  {line}" for line in lines), "}", ""]
+        types = [self._written[name] for name in sorted(self._written)]
+        return "\n".join([_HEAD, *types, "\n".join(module)])
 
     def alias(self, name: str, content: str) -> None:
         """Write a type that is made of others."""
@@ -273,3 +297,4 @@ def _first_line(kind: type) -> str:
 
 if __name__ == "__main__":
     FILE.write_text(protocol_types(), encoding="utf-8")
+    TRIALS.write_text(trials_types(), encoding="utf-8")

@@ -71,11 +71,8 @@ _OF_COMMANDS: Final = (
     ),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
     *(f"plugins/agent/src/visualhfsm_agent/_{name}.py" for name in ("approval", "code", "desk", "limits")),
-    *(
-        "plugins/trials/src/visualhfsm_cluster",
-        "visualhfsm/trials/_comparison.py",
-        "visualhfsm/trials/_runners.py",
-    ),
+    *(f"plugins/visualhfsm_trials/_{name}.py" for name in ("cluster", "comparison", "tuning")),
+    "visualhfsm/trials/_runners.py",
 )
 """What speaks to terminals and agents alone, in English."""
 _FOR_PUPILS: Final = "plugins/classes/src/visualhfsm_classes/_words.py"

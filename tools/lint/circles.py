@@ -26,7 +26,7 @@ PAGE_IMPORT: Final = re.compile(
 
 PAGE_FLOORS: Final = (
     *("kit", "measures", "data", "code", "canvas", "run", "robot3d"),
-    *("dialogs panels shelf trials", "shell", "onefile"),
+    *("dialogs panels shelf", "shell", "onefile"),
 )
 """The folders of the page from below. What is imported when needed, such as a dialog, may stand above."""
 

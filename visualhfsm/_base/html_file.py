@@ -122,18 +122,18 @@ def write_html(path: Path, text: str) -> int:
 def imported_modules(entry: str | Path, directory: Path = STATIC) -> dict[str, str]:
     """Return a module of the page and all that it imports when it is loaded: their text by name.
 
-    That of a plug-in, given by its file, imports those of the page as `visualhfsm/NAME`.
+    That of a plug-in, given by its file, imports those of the page as `visualhfsm/NAME`, and those beside it.
 
-    The names are paths below `directory`; libraries have the names by which they are imported. The imports in
-    the texts are by these names, too.
+    The names are paths below `directory`, or those of files beside the module of a plug-in; libraries have
+    the names by which they are imported. The imports in the texts are by these names, too.
     """
     found: dict[str, str] = {}
     waiting = [entry if isinstance(entry, str) else entry.name]
     while waiting:
         name = waiting.pop(0)
         path = directory / (f"vendor/{name}.js" if name in LIBRARIES else name)
-        if not found and isinstance(entry, Path):
-            path = entry
+        if isinstance(entry, Path) and "/" not in name and name not in LIBRARIES:
+            path = entry.with_name(name)
         if name in found or not path.is_file():
             continue
 

@@ -21,7 +21,6 @@ from visualhfsm._base.options import examples
 from visualhfsm._commands import check, convert, diff, document, draw, new, replay, report, verdict
 from visualhfsm._commands.plugged import WithPlugged
 from visualhfsm._commands.steer import register as register_steering
-from visualhfsm.trials import _command as trials
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 
@@ -261,5 +260,4 @@ app.command(epilog=document.EPILOG)(document.document)
 app.command(epilog=draw.EPILOG)(draw.draw)
 app.command(epilog=replay.EPILOG)(replay.replay)
 app.command(epilog=report.EPILOG)(report.report)
-app.command(epilog=trials.EPILOG)(trials.trials)
 app.command(epilog=verdict.EPILOG)(verdict.verdict)

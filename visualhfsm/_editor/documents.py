@@ -95,7 +95,7 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
         await tab.edit(OpenDocument.close, discard=request.discard)
         workspace.remove(tab)
         parts = workspace.parts
-        runners = (parts.started, parts.trials, parts.tests)
+        runners = (parts.started, *parts.views.values(), parts.tests)
         await asyncio.gather(*(each.forget(tab.id) for each in runners))
 
     await complete(closed())

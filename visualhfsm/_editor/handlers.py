@@ -15,7 +15,7 @@ from zenoh_ice.data import typed
 
 from . import documents, edits, questions, steering
 from . import protocol as p
-from .views import TabEdit, TabRequest, ViewedDocument
+from .views import TabEdit, TabRequest, TabStop, ViewedDocument
 from .window import Window
 from .workspace import Workspace
 
@@ -112,7 +112,6 @@ _on(p.Judge, questions.judge, Lane.BESIDE, _JUDGING_LIMIT)
 _on(p.ListFiles, documents.list_files, Lane.BESIDE)
 _on(p.Locate, questions.locate, Lane.BESIDE)
 _on(p.LookAtTests, lambda w, _, r: w.parts.tests.find(w.tabs.get(r.tab).source), Lane.BESIDE)
-_on(p.LookAtTrials, steering.look_at_trials, Lane.BESIDE)
 _on(p.Moment, lambda w, _, r: w.parts.followers.moment(r.component, r.time), Lane.BESIDE, for_viewers=True)
 _on(p.MoveBalls, lambda w, _, r: w.parts.robot.move_balls(moving=r.moving), Lane.BESIDE)
 _on(p.New, lambda w, window, r: documents.shown(w, partial(w.project.new, r.template, window.language)))
@@ -129,7 +128,6 @@ _on(
 _on(p.Duplicate, edits.duplicate)
 _on(p.PutOnShelf, edits.put_on_shelf)
 _on(p.Record, lambda w, _, r: w.components.record(r.component, r.pictures))
-_on(p.RecordTrial, steering.record_trial, Lane.BESIDE)
 _on(p.Recording, documents.open_recording, Lane.BESIDE)
 _on(p.Recover, documents.recover)
 _on(p.Redo, edits.redo)
@@ -138,7 +136,6 @@ _on(p.Resolve, documents.resolve)
 _on(p.RosGraph, lambda w, _, _r: w.parts.followers.ros_graph(), Lane.BESIDE)
 _on(p.Start, steering.start, Lane.BESIDE)
 _on(p.StartTests, steering.start_tests, Lane.BESIDE)
-_on(p.StartTrials, steering.start_trials, Lane.BESIDE)
 _on(p.Save, documents.save)
 _on(p.SaveAs, documents.save_as)
 _on(p.SaveRobot, steering.save_robot, Lane.BESIDE)
@@ -159,27 +156,41 @@ _on(p.StandRobot, lambda w, _, _r: w.parts.followers.stand_robot(), Lane.BESIDE)
 _on(p.StopPresent, lambda w, _, r: w.components.steer(r.component, "stop", {}), Lane.BESIDE)
 _on(p.Stop, lambda w, window, r: w.parts.started.stop(r.tab, window.kind), Lane.STOP_STARTED)
 _on(p.StopTests, lambda w, _, r: w.parts.tests.stop(r.tab), Lane.STOP_STARTED)
-_on(p.StopTrials, lambda w, _, r: w.parts.trials.stop(r.tab), Lane.STOP_STARTED)
 _on(p.Undo, edits.undo)
 
 
-def _on_view(kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awaitable[object]]) -> None:
+def _on_view(
+    view: str, kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awaitable[object]]
+) -> None:
     async def handled(w: Workspace, window: Window, r: TabRequest) -> object:
         tab = w.tabs.get(r.tab)
-        shown, root, in_thread = tab.shown, w.project.root, w.threads.do
+        source = tab.source
 
         def save_copy(target: Path, overwrite: bool) -> Awaitable[object]:
             return tab.edit(OpenDocument.save_copy, target, overwrite=overwrite)
 
-        document = ViewedDocument(shown.path, shown.title, window.language, root, in_thread, save_copy)
+        def dates() -> None:
+            tab.of_views[view].of = source.document
+
+        document = ViewedDocument(
+            source,
+            window.language,
+            w.project.root,
+            in_thread=w.threads.do,
+            save_copy=save_copy,
+            recordings=w.components.recordings,
+            work=w.parts.views.get(view),
+            dates=dates,
+        )
         return await handle(r, document)
 
-    _on(kind, handled, Lane.IN_ORDER if issubclass(kind, TabEdit) else Lane.BESIDE)
+    lane = Lane.STOP_STARTED if issubclass(kind, TabStop) else Lane.BESIDE
+    _on(kind, handled, Lane.IN_ORDER if issubclass(kind, TabEdit) else lane)
 
 
-for view in p.VIEWS.values():
+for name, view in p.VIEWS.items():
     for asks, answers in view.requests.items():
-        _on_view(asks, answers)
+        _on_view(name, asks, answers)
 for steers in p.Steering.__subclasses__():
     _on(steers, steering.steer, Lane.BESIDE)
 for sets in p.SceneRequest.__subclasses__():

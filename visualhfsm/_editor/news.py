@@ -9,10 +9,10 @@ from collections.abc import Callable
 
 from visualhfsm._monitor import messages
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm.trials._messages import TrialsPush
 
 from .tab import Tab
 from .tabs import Tabs
+from .views import ViewPush
 from .windows import Windows
 
 _logger = logging.getLogger(__name__)
@@ -60,9 +60,9 @@ class News:
             case messages.Output(tab=number, lines=lines, dropped=dropped) if number in self._tabs:
                 self._tabs.get(number).output.add(lines, dropped)
                 self._windows.push(news)
-            case TrialsPush(tab=number) if number in self._tabs:
+            case ViewPush(tab=number, name=view) if number in self._tabs:
                 tab = self._tabs.get(number)
-                self._windows.push(tab.trials.take(news, tab.shown.document))
+                self._windows.push(tab.of_views[view].take(news, tab.shown.document))
             case TestsPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 self._windows.push(tab.tests.take(news, tab.shown.document, tab.content))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -14,8 +14,10 @@ from visualhfsm._processes.robots import StartedRobot
 from visualhfsm._processes.tests import StartedTests
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
-from visualhfsm.trials._service import RunningTrials
 from zenoh_ice.settings import Settings
+
+from .protocol import VIEWS
+from .views import Work, begun
 
 _ANY_PORT: Final = Settings().listen
 
@@ -28,8 +30,9 @@ class Parts:
     started: StartedComponents
     followers: Followers
     robot: StartedRobot
-    trials: RunningTrials
     tests: StartedTests
+    views: Mapping[str, Work] = field(default_factory=dict)
+    """What views do for documents, by their names."""
     checks: CheckProcess = field(default_factory=CheckProcess)
 
 
@@ -79,8 +82,8 @@ def make_parts(
                 publish, settings.override(listen=listen, connect=others), robot.observe, limits=limits
             ),
             robot=robot,
-            trials=RunningTrials(publish, include),
             tests=StartedTests(publish, (folder or Path.cwd()).resolve(), include),
+            views=begun(VIEWS, publish, include),
             checks=CheckProcess(folder=folder),
         )
 

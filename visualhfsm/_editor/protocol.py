@@ -31,7 +31,6 @@ from visualhfsm._monitor.realm.robot import RobotFacts
 from visualhfsm._monitor.stopping import StopReport
 from visualhfsm.project._code_help.protocol import InterfaceDescription
 from visualhfsm.project._editing.shelf import ReadyState
-from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 from zenoh_ice.data import typed
 
 from . import answers as a
@@ -41,7 +40,6 @@ from .views import RequestId, TabEdit, TabId, TabRequest, find_views
 
 # ------------------------------------------------------------------------------------------ requests
 
-TrialNumber = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
@@ -314,40 +312,6 @@ class Start(TabRequest):
 
 class Stop(TabRequest):
     """Stop the process of a component that was started here."""
-
-
-class LookAtTrials(TabRequest):
-    """Ask for the plan of a document's trials, and what those that were run say: the push `trials`.
-
-    The robot has this `body` if the plan names none.
-    """
-
-    body: Name = ""
-
-
-class StartTrials(TabRequest):
-    """Run those trials of a document that were not run yet; the push `trials` reports what they say.
-
-    Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
-    `robot` and `limit` take the place of what the plan has; the robot has this `body` if the plan names none.
-    """
-
-    runs: ChosenRuns | None = None
-    state: Name = ""
-    robot: ChosenRobot = ""
-    limit: ChosenLimit | None = None
-    body: Name = ""
-    again: bool = False
-
-
-class StopTrials(TabRequest):
-    """Stop the trials of a document; what is done is kept."""
-
-
-class RecordTrial(TabRequest):
-    """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
-
-    number: TrialNumber
 
 
 class LookAtTests(TabRequest):

@@ -1,4 +1,4 @@
-"""Requests that run and steer components, trials and tests, and make and connect robots.
+"""Requests that run and steer components and tests, and make and connect robots.
 
 Everything raises VisualHfsmError.
 """
@@ -8,12 +8,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-import msgspec
-
-from visualhfsm._processes.bodies import body_option, find_bodies, require_body
+from visualhfsm._processes.bodies import find_bodies
 from visualhfsm.project._version import stem
-from visualhfsm.trials._messages import Choices
-from zenoh_ice.data import typed
 
 from . import answers as a
 from . import protocol as p
@@ -71,37 +67,6 @@ async def connect_robot(workspace: Workspace, _: Window, request: p.ConnectRobot
     """Connect to a real robot."""
     workspace.components.require_rest()
     await workspace.parts.robot.connect(request.address, request.start, workspace.components.require_rest)
-
-
-async def look_at_trials(workspace: Workspace, _: Window, request: p.LookAtTrials) -> None:
-    """Read the plan and the outcomes that are there."""
-    tab = workspace.tabs.get(request.tab)
-    source = tab.source
-    if await workspace.parts.trials.read(source, await _body(workspace, request.body)):
-        tab.trials.of = source.document
-
-
-async def start_trials(workspace: Workspace, _: Window, request: p.StartTrials) -> None:
-    """Begin to run the trials that are missing."""
-    tab = workspace.tabs.get(request.tab)
-    source = tab.source
-    choices = typed.convert(request, Choices, from_attributes=True)
-    choices = msgspec.structs.replace(choices, body=await _body(workspace, request.body))
-    await workspace.parts.trials.run(source, choices, again=request.again)
-    tab.trials.of = source.document
-
-
-async def _body(workspace: Workspace, name: str) -> str:
-    """Return what a plan calls a body."""
-    root = workspace.project.root.directory
-    return body_option(root, await workspace.threads.do(partial(require_body, root, name)))
-
-
-async def record_trial(workspace: Workspace, _: Window, request: p.RecordTrial) -> None:
-    """Begin to run a trial again, recorded."""
-    workspace.tabs.get(request.tab)
-    folder = await workspace.components.recordings()
-    await workspace.parts.trials.record(request.tab, request.number, folder, workspace.project.root.name)
 
 
 async def start_tests(workspace: Workspace, _: Window, request: p.StartTests) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -26,16 +26,16 @@ from visualhfsm._processes.document_tests import version_of
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm.project._document import Changed, Checked, Event, FileChanged, OpenDocument
 from visualhfsm.project._version import Version
-from visualhfsm.trials._messages import TrialsPush
 
 from .protocol import Outside, Problems
+from .views import ViewPush
 
 FAILED: Final = "run"
 """The code of a problem that a run has shown."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
-Report = TypeVar("Report", TestsPush, TrialsPush)
+Report = TypeVar("Report", TestsPush, ViewPush)
 
 
 class Threads:
@@ -198,7 +198,8 @@ class Tab:
         """The document as its component was generated last."""
         self.loaded: Document | None = None
         """The document as its running component has loaded it."""
-        self.trials: Dated[TrialsPush] = Dated()
+        self.of_views: defaultdict[str, Dated[ViewPush]] = defaultdict(Dated)
+        """What views do for the document, by their names."""
         self.tests = DatedTests()
         self._from_loaded = _Difference()
         self._imports = Imports()

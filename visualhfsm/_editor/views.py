@@ -2,20 +2,21 @@
 
 A view is an entry point of the seam `visualhfsm.views`, whose name is that of the view. Its module `view.js`
 is loaded with the page: `addView` of `shell/panels.js` adds actions, and a panel, whose own module is loaded
-when it is shown. Modules of the page have the names `visualhfsm/...` there.
+when it is shown. Modules of the page have the names `visualhfsm/...` there. What it does for a document may
+last: then it says how that goes by pushes.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Protocol
+from typing import Annotated, Any, ClassVar, Final, Protocol, runtime_checkable
 
 import msgspec
 
-from visualhfsm._monitor.messages import tag
+from visualhfsm._monitor.messages import Push, Source, tag
 from visualhfsm.project._root import Root
 from zenoh_ice import plugins
 
@@ -53,13 +54,27 @@ class TabEdit(TabRequest):
     answer: ClassVar[Any] = answers.Done
 
 
+class TabStop(TabRequest):
+    """A request that stops what was started for a document; no other request keeps it out."""
+
+
+class ViewPush(Push, kw_only=True, tag="view"):
+    """How that goes which a view does for the document of a tab; `name` is that of the view.
+
+    `outdated` says that it is of an older version of the document than is shown.
+    """
+
+    name: str
+    tab: int
+    outdated: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class ViewedDocument:
     """The document that a request of a view is about."""
 
-    path: Path | None
-    """The file of the document, None as long as it was never saved."""
-    title: str
+    source: Source
+    """The document as it is shown, with the number of its tab."""
     language: str
     """The language of the window that asks."""
     root: Root
@@ -68,6 +83,22 @@ class ViewedDocument:
     """The function that returns the result of work that takes some time."""
     save_copy: Callable[[Path, bool], Awaitable[object]]
     """The function that writes the document to a file, perhaps over an earlier one. Raises EditError."""
+    recordings: Callable[[], Awaitable[Path]]
+    """The function that returns the folder of recordings, which exists then. Raises VisualHfsmError."""
+    work: Any
+    """What `begin` of the view returned; None without."""
+    dates: Callable[[], None]
+    """The function that says that pushes of the view are of this version of the document, from now on."""
+
+    @property
+    def path(self) -> Path | None:
+        """The file of the document, None as long as it was never saved."""
+        return self.source.path
+
+    @property
+    def title(self) -> str:
+        """The name of the document."""
+        return self.source.title
 
 
 class View(Protocol):
@@ -83,6 +114,24 @@ class View(Protocol):
 
     def offers(self, path: Path | None) -> bool:
         """Whether there is anything to show of a document; this is asked often, such as when it is saved."""
+
+
+class Work(Protocol):
+    """What a view does for documents, in the editor's event loop."""
+
+    async def forget(self, tab: int) -> None:
+        """End what it does for a document, which is closed."""
+
+    async def close(self) -> None:
+        """End everything."""
+
+
+@runtime_checkable
+class WorkingView(View, Protocol):
+    """A view that does something for documents which goes on after its requests are answered."""
+
+    def begin(self, publish: Callable[[ViewPush], None], include: Sequence[Path]) -> Work:
+        """Return what does it; `include` are directories with packages of interfaces."""
 
 
 def find_views(known: Iterable[type[Request]]) -> dict[str, View]:
@@ -106,6 +155,20 @@ def find_views(known: Iterable[type[Request]]) -> dict[str, View]:
             names |= added
             views[name] = view
     return views
+
+
+def begun(
+    views: Mapping[str, View], publish: Callable[[ViewPush], None], include: Sequence[Path]
+) -> dict[str, Work]:
+    """Return what does that which views do for documents, by the names of those that do something."""
+    found = {}
+    for name, view in views.items():
+        try:
+            if isinstance(view, WorkingView):
+                found[name] = view.begin(publish, include)
+        except (Exception, SystemExit):
+            _logger.exception("the view %s does nothing for documents", name)
+    return found
 
 
 def offered(views: Mapping[str, View], path: Path | None) -> list[str]:

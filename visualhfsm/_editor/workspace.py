@@ -8,7 +8,7 @@ import secrets
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import Any, Final, Self
 
 import msgspec
 
@@ -25,7 +25,7 @@ from .limits import Limits
 from .news import News
 from .parts import MakeParts, Parts
 from .protocol import VIEWS, Outside, Problems, Recoverable, Shelf, TabState, WorkspacePush
-from .tab import Tab, Threads
+from .tab import Dated, Tab, Threads
 from .tabs import Tabs
 from .views import offered
 from .window import Window
@@ -124,7 +124,9 @@ class Workspace:
         await _end("the checks", self._checks.close())
         await _end("what pages had followed", self.components.close())
         parts = self.parts
-        for part in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
+        for view, work in parts.views.items():
+            await _end(f"the view {view}", work.close())
+        for part in (parts.tests, parts.started, parts.robot, parts.followers):
             await _end(type(part).__name__, part.close())
         for tab in self.tabs:
             await _end(tab.shown.title, tab.edit(OpenDocument.abandon))
@@ -159,7 +161,8 @@ class Workspace:
         if tab.loaded is not None or tab.listed != listed:
             self.publish_state()  # first: a window gets a tab before its document
         self.windows.show(tab)
-        for dated in (tab.trials, tab.tests):
+        reports: list[Dated[Any]] = [*tab.of_views.values(), tab.tests]
+        for dated in reports:
             if dated.now is not None and (report := dated.compare(shown.document, tab.content)) is not None:
                 self.windows.push(report)
         self._checks.check(tab)
@@ -243,7 +246,8 @@ class Workspace:
         window.push(self.news.robot)
         for tab in self.tabs:
             window.show(tab)
-            for push in (tab.problems, tab.outside, tab.started, tab.trials.now, tab.tests.now):
+            of_views = [each.now for each in tab.of_views.values()]
+            for push in (tab.problems, tab.outside, tab.started, *of_views, tab.tests.now):
                 if push is not None:
                     window.push(push)
             output = tab.output

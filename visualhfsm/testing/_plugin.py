@@ -19,7 +19,6 @@ from zenoh_ice.data.text import text_of
 if TYPE_CHECKING:
     from hfsm_runtime import Component
     from visualhfsm.simulation import Behavior, CameraKind, RobotKind, Team
-    from visualhfsm.trials import Summary
     from zenoh_ice import Object
 
 
@@ -182,16 +181,19 @@ class RunTrials:
         success: str | None = None,
         workers: int | None = None,
         **changes: Any,  # noqa: ANN401
-    ) -> Summary:
+    ) -> Any:  # noqa: ANN401 - the `Summary` of a plug-in
         """Run the trials of a plan, or of a document with a plan beside it, and return what they say.
 
         A relative path is looked up next to the test, then below the project root. `success` is the state
-        that a trial must reach, `changes` are other keys of the plan, such as `runs` and `seed`.
+        that a trial must reach, `changes` are other keys of the plan, such as `runs` and `seed`. What they
+        say is a `visualhfsm_trials.Summary`.
         """
-        from visualhfsm.trials import plan_of, run_trials
+        from visualhfsm.trials import plan_of
+        from zenoh_ice.plugins import optional
 
         file = _find_file("plan or document", Path(path), self._places)
-        return run_trials(plan_of(file, success, **changes), workers=workers)
+        plug_in = optional("visualhfsm_trials", "visualhfsm[trials]")
+        return plug_in.run_trials(plan_of(file, success, **changes), workers=workers)
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
-"""Run a behavior many times in virtual time, and say how often it succeeds, and what that depends on.
+"""Run a trial of a behavior: in virtual time, as a plan says, in a separate process, judged at its end.
 
-A plan says what varies from trial to trial (`_plan.py`); `_series.py` runs its trials, in processes of this
-computer or where plug-ins run them (`_runners.py`), and `_summary.py` has what they say. See
-plugins/trials/docs/trials.md.
+A plan says what varies from trial to trial, and what counts as success (`_plan.py`); `_trial.py` runs one,
+`_processes.py` in another process, with the files of an archive, and `_series.py` several at a time. What
+many trials say together is the plug-in `visualhfsm_trials`. See plugins/trials/docs/trials.md.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from ._functions import FunctionFailed as FunctionFailed
     from ._functions import call_function as call_function
     from ._outcomes import Outcome as Outcome
-    from ._outcomes import Record as Record
+    from ._outcomes import StateChange as StateChange
     from ._outcomes import failure_said as failure_said
-    from ._outcomes import read_outcomes as read_outcomes
     from ._outcomes import versions as versions
     from ._plan import SUFFIX as SUFFIX
     from ._plan import Disturbance as Disturbance
@@ -34,20 +33,19 @@ if TYPE_CHECKING:
     from ._processes import Processes as Processes
     from ._processes import Task as Task
     from ._quantities import Quantity as Quantity
+    from ._quantities import Same as Same
     from ._quantities import Spread as Spread
     from ._quantities import Value as Value
+    from ._quantities import varies as varies
     from ._runners import Pool as Pool
     from ._runners import Sandbox as Sandbox
-    from ._runners import Tuner as Tuner
     from ._runners import Work as Work
     from ._runners import find_runner as find_runner
     from ._runners import find_sandbox as find_sandbox
+    from ._series import LocalPool as LocalPool
     from ._series import ProcessPool as ProcessPool
     from ._series import Series as Series
     from ._series import run_tasks as run_tasks
-    from ._series import run_trials as run_trials
-    from ._summary import Summary as Summary
-    from ._terminal import bar as bar
     from ._trial import place_of as place_of
     from ._trial import quiet as quiet
     from ._trial import run_trial as run_trial

@@ -1,13 +1,12 @@
-"""Where trials run, behind which walls, and how parameters are searched: what plug-ins add.
+"""Where trials run, and behind which walls: what plug-ins add.
 
-`visualhfsm_cluster` runs many trials in a `Pool` of workers at an address, and searches as a `Tuner`;
-`visualhfsm_classes` contains the code of strangers in a `Sandbox`.
+`visualhfsm_trials` runs them in a `Pool` of workers at an address; `visualhfsm_classes` contains the code of
+strangers in a `Sandbox`.
 """
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -17,14 +16,10 @@ from zenoh_ice.plugins import NotInstalledError, optional
 
 from ._archive import Archive
 from ._errors import TrialsError
-from ._plan import Plan
-from ._quantities import Value
 
 if TYPE_CHECKING:
     from codegen.hfsm.document import Document
     from visualhfsm.simulation import Behavior
-
-    from ._outcomes import Outcome
 
 R = TypeVar("R")
 R_co = TypeVar("R_co", covariant=True)
@@ -70,42 +65,6 @@ class Pool(Protocol[R]):
         """Raise TrialsError when nothing will run any more."""
 
 
-class Tuner(Protocol):
-    """A search for the parameters with which fewest trials of a plan fail, and the others cost least."""
-
-    settings: int
-    """How many settings it tries."""
-    given_up: int
-    """How many of them were given up."""
-    most_trials: int
-    """How many trials it has, if none is given up."""
-
-    @property
-    def fresh(self) -> Plan:
-        """The plan with the document's own parameters and fresh trials, those of the next seed."""
-
-    def border(self, name: str, value: Value) -> str:
-        """Return at which end of its range a value lies, in words; empty within it."""
-
-    def search(
-        self,
-        file: Path,
-        pool: Pool[Outcome],
-        ended: Callable[[int], object] = ...,
-        stop: threading.Event | None = None,
-        *,
-        again: bool = False,
-    ) -> dict[str, Value] | None:
-        """Return the best parameters, or None when `stop` was set.
-
-        Outcomes are kept in a file, with which the same search goes on, or begins `again`. `ended` is called
-        with numbers of trials that have ended or that nobody needs. Raises TrialsError, also if all fail.
-        """
-
-    def with_parameters(self, parameters: Mapping[str, Value], plan: Plan | None = None) -> Plan:
-        """Return the plan, or another one, with some parameters."""
-
-
 class Sandbox(Protocol):
     """Where the code of strangers' documents runs: out of reach of files, network, robot and who judges."""
 
@@ -133,19 +92,9 @@ def find_sandbox(
 
 def find_runner(address: str) -> AbstractContextManager[Pool[Any]]:
     """Return the pool of workers at an address. Raises TrialsError."""
-    cluster = _plug_in("visualhfsm_cluster", "visualhfsm[cluster]")
-    pool: AbstractContextManager[Pool[Any]] = cluster.Cluster(address)
+    trials = _plug_in("visualhfsm_trials", "visualhfsm[cluster]")
+    pool: AbstractContextManager[Pool[Any]] = trials.Cluster(address)
     return pool
-
-
-def find_tuner(plan: Plan, *, settings: int, cost: str) -> Tuner:
-    """Return the search that tries so many settings of a plan; `cost` is the number that a success costs.
-
-    Raises TrialsError, also for a plan in which nothing varies that can be searched.
-    """
-    cluster = _plug_in("visualhfsm_cluster", "visualhfsm[cluster]")
-    tuner: Tuner = cluster.Tuning(plan, settings=settings, cost=cost)
-    return tuner
 
 
 def _plug_in(module: str, install: str = "visualhfsm") -> Any:  # noqa: ANN401 - of what the core may not import

@@ -20,7 +20,7 @@ from interfaces.jderobot import CameraPrx
 from interfaces.nao import SafetyPrx
 from visualhfsm import OpenDocument, Project, Verdict, decode_command
 from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents, summary
-from visualhfsm.trials import Outcome, make_archive, plan_of, run_trials
+from visualhfsm.trials import LocalPool, Series, make_archive, plan_of
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.data import typed
 
@@ -214,9 +214,9 @@ class Desk:
         with self._lock:
             self._open(path)
             limits = {"runs": min(max(runs, 1), 1000), "limit": _within(seconds)}
-            outcomes: list[Outcome] = []
-            with Prepared(make_archive(self._file(path))) as prepared:
-                run_trials(plan_of(prepared.document, success or None, **limits), ended=outcomes.append)
+            with Prepared(make_archive(self._file(path))) as prepared, LocalPool() as pool:
+                series = Series(plan_of(prepared.document, success or None, **limits))
+                outcomes = [*series.outcomes(series.plan.trials, pool)]
         failed = [each for each in outcomes if not each.success]
         listed = [
             {"number": each.number, "reason": each.reason, "states": each.states} for each in failed[:50]

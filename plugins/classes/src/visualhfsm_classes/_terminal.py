@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from visualhfsm.trials import bar
 from visualhfsm_classes._words import figure, say
 
 if TYPE_CHECKING:
@@ -23,8 +22,9 @@ def show(console: Console, exercise: Exercise, language: str, marks: Sequence[Ma
     """Print the marks of a class, each with the reasons for lost points."""
     table = _table(f"{exercise.title[language]}", "", "", "", say(language, "happened"))
     for each in marks:
-        points = Text(f"{figure(language, each.points)}", "bold")
-        table.add_row(Text(each.name), points, bar(each.points / each.of, _BAR), Text(each.summary))
+        full = round(each.points / each.of * _BAR)
+        bar = Text.assemble(("█" * full, "green"), ("░" * (_BAR - full), "red"))
+        table.add_row(Text(each.name), Text(figure(language, each.points), "bold"), bar, Text(each.summary))
     console.print(table)
     if not any(each.points for each in marks):
         console.print(

@@ -6,19 +6,24 @@ import pytest
 from msgspec.structs import replace
 
 from naoserver_sim.world import Light, StartPose, load_world
+from tests.support.plugins import needs
 from visualhfsm.testing import MakeBehavior, RunTrials
 
 PLAN = "behaviors/score.trials.toml"
 GOAL_LINE, POST = 4.5, 0.75
 
+TRIALS = needs("visualhfsm_trials")
+
 pytestmark = [pytest.mark.slow, pytest.mark.sim, pytest.mark.gl]
 
 
+@TRIALS
 def test_it_scores_from_a_place_that_is_drawn(trials: RunTrials) -> None:
     summary = trials(PLAN, seed=1165, runs=1, workers=1)  # a short match, overexposed
     assert summary.rate.successes == 1, summary
 
 
+@TRIALS
 @pytest.mark.soak("test_it_scores_from_a_place_that_is_drawn")
 def test_it_scores_from_places_that_are_drawn(trials: RunTrials) -> None:
     """Which fail depends on the processor: with the least rate of the tutorial, 0.92, fewer pass once in 80 times."""

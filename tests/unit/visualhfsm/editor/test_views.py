@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.plugins import installed
 from visualhfsm._editor import protocol as p
-from visualhfsm._editor.views import find_views, offered
+from visualhfsm._editor.views import begun, find_views, offered
 
 CHESS = """
 from pathlib import Path
@@ -34,7 +34,12 @@ class View:
             raise SystemExit(0)
         return path.suffix == ".chess"
 
-chess, taken = View(ShowBoard), View(Undo)
+    def begin(self, publish, include):
+        if not self.requests:
+            raise ValueError("no clock")
+        return self.requests
+
+chess, taken, idle = View(ShowBoard), View(Undo), View()
 """
 
 
@@ -49,7 +54,7 @@ def static(tmp_path: Path) -> Path:
 @pytest.mark.usefixtures("static")
 def test_a_view_is_found_and_offered_for_its_documents(tmp_path: Path) -> None:
     with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
-        views = find_views(p.REQUESTS)
+        views = {"chess": find_views(p.REQUESTS)["chess"]}  # others are offered for any document
         assert [kind.__name__ for kind in views["chess"].requests] == ["ShowBoard"]
         assert offered(views, Path("a.chess")) == ["chess"]
         assert offered(views, Path("a.xml")) == []
@@ -58,7 +63,7 @@ def test_a_view_is_found_and_offered_for_its_documents(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("static")
 def test_a_view_that_fails_is_not_offered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
-        views = find_views(p.REQUESTS)
+        views = {"chess": find_views(p.REQUESTS)["chess"]}  # others are offered for any document
         assert offered(views, None) == offered(views, Path("a.chess960")) == []
     assert "the view chess is not offered" in caplog.text
 
@@ -80,3 +85,16 @@ def test_what_cannot_be_a_view_is_left_out_and_logged(
 def test_a_view_without_a_module_is_left_out(tmp_path: Path) -> None:
     with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
         assert "chess" not in find_views(p.REQUESTS)
+
+
+@pytest.mark.usefixtures("static")
+def test_a_view_that_cannot_begin_keeps_no_other_from_it(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    points = {"visualhfsm.views": {"chess": "stranger:chess", "idle": "stranger:idle"}}
+    with installed(tmp_path, points, stranger=CHESS):
+        found = find_views(p.REQUESTS)
+        views = {name: found[name] for name in ("idle", "chess")}
+        assert [*begun(views, lambda _: None, ())] == ["chess"]
+    assert "the view idle does nothing for documents" in caplog.text
+    assert "no clock" in caplog.text

@@ -6,6 +6,7 @@ import asyncio
 import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -19,8 +20,11 @@ from tests.support.limits import FOREVER
 from tests.support.sent import sent
 from visualhfsm import AddState, OpenDocument, Project
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._editor import documents
+from visualhfsm._editor import protocol as p
 from visualhfsm._editor.limits import Limits
 from visualhfsm._editor.parts import Parts
+from visualhfsm._editor.views import ViewPush
 from visualhfsm._editor.window import Window
 from visualhfsm._editor.workspace import Workspace
 from visualhfsm._monitor.messages import OutputLine, RecentLines, Robot
@@ -264,3 +268,47 @@ class TestEnd:
             async with running(tmp_path, made=parts(followers=followers)):
                 raise VisualHfsmError.because("no such file")
         assert followers.closed == 1
+
+
+class Work:
+    """What a view does for documents: it says what is to end."""
+
+    def __init__(self) -> None:
+        self.ended: list[object] = []
+
+    async def forget(self, tab: int) -> None:
+        self.ended.append(tab)
+
+    async def close(self) -> None:
+        self.ended.append("all")
+
+
+class TestViews:
+    async def test_what_a_view_says_is_outdated_by_another_version_and_reaches_later_windows(
+        self, workspace: Workspace
+    ) -> None:
+        tab = workspace.show(workspace.project.open_text("walk", WALK))
+        window = opened(workspace)
+        await sent(window)
+        tab.of_views["chess"].of = tab.shown.document
+        workspace.news.publish(ViewPush(name="chess", tab=tab.id))
+        workspace.news.publish(ViewPush(name="chess", tab=tab.id + 1))  # which is closed
+        await asyncio.sleep(0)
+        (push,) = await sent(window)
+        assert push == {"push": "view", "name": "chess", "tab": tab.id, "outdated": False}
+        await tab.edit(lambda document: document.apply(AddState(automaton=1, x=0, y=0)))
+        for each in (window, opened(workspace)):
+            (push,) = (each for each in await sent(each) if each["push"] == "view")
+            assert push["outdated"]
+
+    async def test_what_a_view_does_ends_with_the_document_and_with_the_editor(
+        self, tmp_path: Path, loop: Loop
+    ) -> None:
+        work = Work()
+        made = replace(parts(), views={"chess": work})
+        async with running(tmp_path, made=made) as workspace:
+            tab = workspace.show(workspace.project.open_text("walk", WALK))
+            assert not work.ended
+            await documents.close(workspace, opened(workspace), p.Close(id=1, tab=tab.id, discard=True))
+            assert work.ended == [tab.id]
+        assert work.ended == [tab.id, "all"]

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.documents import document, state, sub
-from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError, run_trials
+from visualhfsm.trials import Plan, Spread, Success, TrialsError
+from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm.trials._trial import run_trial
 
 pytestmark = pytest.mark.sim
@@ -72,8 +73,8 @@ def test_it_is_the_same_in_every_process(folder: Path) -> None:
         'def place(run):\n    return run.robot.device.stage.truth().objects["second"].position[0]\n'
     )
     here = [run_trial(varied, number) for number in varied.trials]
-    there: list[Outcome] = []
-    run_trials(varied, workers=2, ended=there.append)
+    with LocalPool(2) as pool:
+        there = [*Series(varied).outcomes(varied.trials, pool)]
     assert sorted(there, key=lambda outcome: outcome.number) == here
     assert here[0].numbers["x"] != here[1].numbers["x"] < 0.95
 

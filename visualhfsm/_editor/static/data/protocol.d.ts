@@ -81,7 +81,6 @@ export interface Answers {
   listFiles: Listing;
   locate: Located | null;
   lookAtTests: null;
-  lookAtTrials: null;
   moment: LiveSnapshot | null;
   moveBalls: null;
   new: Opened;
@@ -95,7 +94,6 @@ export interface Answers {
   pushRobot: null;
   putOnShelf: Written;
   record: Recorded | null;
-  recordTrial: null;
   recording: ShownRecording;
   recover: Opened;
   redo: Undone;
@@ -119,12 +117,10 @@ export interface Answers {
   standRobot: null;
   start: StartedRun;
   startTests: null;
-  startTrials: null;
   step: null;
   stop: null;
   stopPresent: null;
   stopTests: null;
-  stopTrials: null;
   undo: Undone;
   unfollow: null;
 }
@@ -449,12 +445,6 @@ export interface Definition {
   length: number;
 }
 
-/** How success depends on a quantity. */
-export interface Dependence {
-  name: string;
-  parts: PartView[];
-}
-
 /** A difference: a whole element, or a `part` of one with its text before and after. */
 export interface Difference {
   kind: "added" | "changed" | "moved" | "removed";
@@ -530,21 +520,6 @@ export interface Explanation {
   summary: string;
 }
 
-/** A name in a plan, and what it is in words. */
-export interface Fact {
-  name: string;
-  words: string;
-}
-
-/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
-export interface FailureView {
-  reason: string;
-  states: string;
-  count: number;
-  numbers: number[];
-  timeline: TrialTimeline;
-}
-
 /** A change that fixes a problem, and its name on a button. */
 export interface Fix {
   name: string;
@@ -614,17 +589,6 @@ export interface HealthReport {
   limitedCommands: number;
   velocityTimeouts: number;
   events: HealthEvent[];
-}
-
-/** A number over all trials: between two `edges` so many `good` and `bad` trials. */
-export interface Histogram {
-  name: string;
-  median: number;
-  lower: number;
-  upper: number;
-  edges: number[];
-  good: number[];
-  bad: number[];
 }
 
 /** A match of a search: line and column in the text at the place, from 1, and the text of that line. */
@@ -785,16 +749,6 @@ export interface OperationDescription {
   streamed: boolean;
 }
 
-/** What figures are of, for who prints them. */
-export interface Origin {
-  document: string;
-  seed: number;
-  digest: string;
-  versions: Record<string, string>;
-  date: string;
-  commit: string;
-}
-
 /** Another robot of the world, which has another realm. */
 export interface OtherRobot {
   realm: string;
@@ -852,13 +806,6 @@ export interface ParameterStructure {
   description: string;
 }
 
-/** The trials with a value of a quantity, or one in a range, and the means of the plan's own numbers. */
-export interface PartView {
-  label: string;
-  share: Rate;
-  means: [string, number][];
-}
-
 /** A state or a transition that tests passed, how often, and whether one failed there. */
 export interface Passed {
   automaton: number;
@@ -890,35 +837,12 @@ export interface Place {
   child?: number;
 }
 
-/** The places of a thing in m, with success and number of each trial, and lines on the floor. */
-export interface PlaceMap {
-  thing: string;
-  places: [number, number, boolean, number][];
-  trials: number;
-  lines: [number, number, number, number][];
-}
-
 /** New places of one automaton's states and handles, each `[id, x, y]`, and of its annotations. */
 export interface Placement {
   automaton: number;
   states?: [number, number, number][];
   transitions?: [number, number, number][];
   annotations?: [number, number, number, number, number][];
-}
-
-/** A plan in words; `file` is empty where there is none, so that everything has its default. */
-export interface PlanFacts {
-  file: string;
-  runs: number;
-  seed: number;
-  limit: number;
-  robot: string;
-  state: string;
-  varies: Fact[];
-  fixed: Fact[];
-  happens: Fact[];
-  counts: string[];
-  measures: string[];
 }
 
 /** A component of the realm; the file into which it is recorded here, and since when. */
@@ -981,16 +905,8 @@ export type Push =
   | StartedPush
   | StructurePush
   | TestsPush
-  | TrialsPush
+  | ViewPush
   | WorkspacePush;
-
-/** How many of some trials succeeded, with the interval of Wilson in which the true rate lies. */
-export interface Rate {
-  successes: number;
-  trials: number;
-  lowest: number;
-  highest: number;
-}
 
 /** A document of a shelf, as people see it there. */
 export interface ReadyState {
@@ -1125,8 +1041,6 @@ export interface Requests {
   locate: {tab: number; text: string; automaton?: number; state?: number};
   /** Ask for the tests of a document: the push `tests` names them. */
   lookAtTests: {tab: number};
-  /** Ask for the plan of a document's trials, and what those that were run say: the push `trials`. */
-  lookAtTrials: {tab: number; body?: string};
   /** Ask for the snapshot of a component, or a recording, at a component time in s. */
   moment: {component: string; time: number};
   /** Move the balls of the simulation along their routes, or leave them where they are. */
@@ -1161,8 +1075,6 @@ export interface Requests {
   };
   /** Record a followed component into a new file below the root, whose path is the answer; or end that. */
   record: {component: string; pictures?: number | null};
-  /** Run one of the trials again, and record it; the push `trials` says when that is done, and where. */
-  recordTrial: {tab: number; number: number};
   /** Open the recording of a run. */
   recording: {path: string};
   /** Open a document that was still open when its editor ended: one of `recoverable`. */
@@ -1209,16 +1121,6 @@ export interface Requests {
   start: {tab: number; arguments?: string[]; record?: boolean; dryRun?: boolean; body?: string; beside?: string[]};
   /** Run the tests of a document as it was saved, or some by name; the push `tests` has the results. */
   startTests: {tab: number; names?: string[]};
-  /** Run those trials of a document that were not run yet; the push `trials` reports what they say. */
-  startTrials: {
-    tab: number;
-    runs?: number | null;
-    state?: string;
-    robot?: "" | "fake" | "none" | "sim";
-    limit?: number | null;
-    body?: string;
-    again?: boolean;
-  };
   /** Run one cycle of one automaton, or of all with 0, while paused. */
   step: {component: string; automaton: number};
   /** Stop the process of a component that was started here. */
@@ -1227,8 +1129,6 @@ export interface Requests {
   stopPresent: {component: string};
   /** Stop the tests of a document. */
   stopTests: {tab: number};
-  /** Stop the trials of a document; what is done is kept. */
-  stopTrials: {tab: number};
   /** Undo the last step; if it is another window's, what this one has typed at a place. */
   undo: {tab: number; place?: Place | null};
   /** Stop following it; it keeps running. */
@@ -1534,58 +1434,6 @@ export interface TransitionStructure {
   order: number;
 }
 
-/** One of the worst trials; `page` is that of its recording, if there is one. */
-export interface Trial {
-  number: number;
-  success: boolean;
-  reason: string;
-  time: number;
-  states: string;
-  values: [string, string][];
-  timeline: TrialTimeline;
-  page: string;
-}
-
-/** The states of a trial up to its end. */
-export interface TrialTimeline {
-  number: number;
-  end: number;
-  changes: [time: number, states: string][];
-}
-
-/** The trials of a tab's document: their plan, and what those that have ended say. */
-export interface TrialsPush {
-  push: "trials";
-  tab: number;
-  status: "idle" | "reading" | "running" | "stopping";
-  plan: PlanFacts | null;
-  view: TrialsView | null;
-  workers: number;
-  left: number | null;
-  outdated: boolean;
-  opens: boolean;
-  error: string;
-  recording: number | null;
-  recorded: number | null;
-  file: string;
-}
-
-/** A series of trials; `planned` are more than `share.trials` while it runs. */
-export interface TrialsView {
-  name: string;
-  planned: number;
-  looks: number[];
-  share: Rate;
-  histograms: Histogram[];
-  dependences: Dependence[];
-  maps: PlaceMap[];
-  ways: FailureView[];
-  worst: Trial[];
-  fromStart: number;
-  equal: boolean;
-  origin: Origin | null;
-}
-
 /** A step that can be undone or redone, and the revision of the document to which that leads. */
 export interface UndoStep {
   name: string;
@@ -1608,6 +1456,14 @@ export interface Vector3 {
   x: number;
   y: number;
   z: number;
+}
+
+/** How that goes which a view does for the document of a tab; `name` is that of the view. */
+export interface ViewPush {
+  push: "view";
+  name: string;
+  tab: number;
+  outdated: boolean;
 }
 
 /** The open documents, those that can be recovered, and the components of the realm. */

@@ -14,7 +14,7 @@ import {viewing} from "../kit/viewers.js";
  * @import {Target} from "../kit/events.js"
  * @import {Answer, Answers, Automaton, Command, Fields, FieldsOf, Greeting, OutputPush} from "./protocol.js"
  * @import {OutsidePush, Problem, ProblemsPush, Push, ReadyState, Requests, RobotPush, ShelfPush} from "./protocol.js"
- * @import {SnapshotPush, StalePush, StartedPush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
+ * @import {SnapshotPush, StalePush, StartedPush, StructurePush, TestsPush, UndoStep, ViewPush} from "./protocol.js"
  * @import {Workspace} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
@@ -26,7 +26,7 @@ import {viewing} from "../kit/viewers.js";
  *   document: {tab: number, changed: boolean}, failure: {error: Error}, closed: {tab: number},
  *   problems: ProblemsPush, fixes: {tab: number}, output: OutputPush, started: StartedPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
- *   tests: TestsPush, trials: TrialsPush}} StoreEvents
+ *   tests: TestsPush, view: ViewPush}} StoreEvents
  */
 
 /** The robot of a realm without one; what a push leaves out is as here. @type {Robot} */
@@ -82,7 +82,7 @@ export class RequestError extends Error {
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: whether it was another one}, `problems` {tab},
  * `fixes` {tab} when what fixes these is known, `request` before one that others may have to precede, and one of the name of each further push (`output`, `started`,
- * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
+ * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `view`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
@@ -90,9 +90,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Workspace} */
   workspace = {tabs: [], recoverable: [], present: []};
   robot = NO_ROBOT;
-  /** The trials of each tab, as far as any were asked for. @type {Map<number, TrialsPush>} */
-  trials = new Map();
-  /** The tests of each tab, in the same way. @type {Map<number, TestsPush>} */
+  /** What views of plug-ins do for the document of each tab, by the names of the views. @type {Map<number, Map<string, ViewPush>>} */
+  views = new Map();
+  /** The tests of each tab, as far as any were asked for. @type {Map<number, TestsPush>} */
   tests = new Map();
   /** What can be drawn as ready states. @type {ReadyState[]} */
   shelf = [];
@@ -353,15 +353,15 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         if (document) Object.assign(document, {problems, counts, checked, proved: complete ? checked : undefined});
         break;
       }
-      case "trials":
-        this.trials.set(message.tab, message);
+      case "view":
+        this.views.set(message.tab, new Map(this.views.get(message.tab)).set(message.name, message));
         break;
       case "tests":
         this.tests.set(message.tab, message);
         break;
       case "closed":
         this.documents.delete(message.tab);
-        this.trials.delete(message.tab);
+        this.views.delete(message.tab);
         this.tests.delete(message.tab);
         break;
     }

@@ -19,7 +19,7 @@ export function keyTable() {
     [t("View")]:
       "fit fitSelection zoomIn zoomOut palette menu search definition fromDefinition problems output undoSteps robot theme help",
     [t("Files")]: "new open save saveAs closeTab export compare nextTab previousTab",
-    [t("Data and run")]: "interfaces timing variables functions component generate run stop tests trials",
+    [t("Data and run")]: "interfaces timing variables functions component generate run stop tests",
     [t("Watch and control")]: MONITOR_KEYS.join(" "),
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: withAdded(ids.split(" ")).map(row)}));

@@ -29,7 +29,7 @@ export function switchTheme() {
 }
 
 /** Style sheets that nothing in the first picture needs: they are loaded after it. */
-const LATER = ["dialogs", "print", "panels", "run", "shelf", "trials"];
+const LATER = ["dialogs", "print", "panels", "run", "shelf", "tests"];
 
 /** @type {Promise<unknown> | undefined} */
 let loading;

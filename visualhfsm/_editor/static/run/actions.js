@@ -399,7 +399,7 @@ export const MONITOR_KEYS = [
 
 /** The menu beside Run. */
 export const RUN_MENU = [
-  ["tryIt", "tests", "trials", "runWith", "startHere", "recordRun", "generate"],
+  ["tryIt", "tests", "runWith", "startHere", "recordRun", "generate"],
   ["stepAll", "sendEvent"],
   ["followComponent", "unfollow", "openRecording", "exportRun", "pictureRate"],
 ];

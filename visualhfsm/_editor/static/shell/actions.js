@@ -346,16 +346,6 @@ addActions([
     hint: t("run the document's tests, and see what they pass"),
   },
   {
-    id: "trials",
-    label: t("Trials"),
-    icon: "trials",
-    keys: ["Alt+Y"],
-    scope: "typing",
-    enabled: hasDocument,
-    run: ({app}) => app.showBottom("hfsm-trials-panel"),
-    hint: t("run it many times, and see how often it succeeds"),
-  },
-  {
     id: "undoSteps",
     label: t("Undo steps"),
     words: t("history, versions"),
@@ -504,7 +494,7 @@ export const MENUS = [
     groups: [
       ["layoutDraw", "layoutRun", "layoutLookBack"],
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
+      ["problems", "output", "tests", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme", "language", "newWindow"],
     ],

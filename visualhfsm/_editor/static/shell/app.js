@@ -32,7 +32,7 @@ import {perform} from "../kit/registry.js";
 import {viewing} from "../kit/viewers.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
-import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs, isOffered, views} from "./panels.js";
+import {Panels, bottomPanels, panelTabs, isOffered, sidePanels, views} from "./panels.js";
 import {Runs} from "./runs.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
@@ -223,7 +223,7 @@ export class HfsmApp extends PageElement {
   #offerViews() {
     for (const view of views.values()) {
       const shown = `visualhfsm.${view.name} ${store.greeting.root}/${page.tabState?.path}`;
-      if (!isOffered(view) || browserStorage.getItem(shown)) continue;
+      if (view.before || !isOffered(view) || browserStorage.getItem(shown)) continue;
       browserStorage.setItem(shown, "shown");
       this.showSide(view.tag);
     }
@@ -322,7 +322,7 @@ export class HfsmApp extends PageElement {
                   this.side
                     ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
                         ${panelTabs(
-                          [...SIDE, ...[...views.values()].filter(isOffered).map(({tag, title}) => [tag, title])],
+                          sidePanels(),
                           this.side,
                           (tag) => this.showSide(tag),
                           () => this.canvas.focusSelected(),
@@ -351,7 +351,7 @@ export class HfsmApp extends PageElement {
                   })}
                   <section class="bottom" aria-label=${t("Panel below the canvas")}>
                     ${panelTabs(
-                      BOTTOM.filter(([tag]) => !viewing.on || FOR_VIEWERS.has(tag)),
+                      bottomPanels(),
                       this.bottom,
                       (tag) => this.showBottom(tag),
                       () => this.canvas.focusSelected(),

@@ -1,7 +1,7 @@
 /**
  * The panels of the page, and other elements that are loaded when they are first shown.
  *
- * Views of plug-ins are panels beside the drawing, with actions: their module `view.js` is loaded with the page.
+ * Views of plug-ins are panels beside or below the drawing, with actions: their module `view.js` is loaded with the page.
  *
  * @import {PageElement} from "../data/element.js"
  * @import {Action} from "../kit/registry.js"
@@ -30,8 +30,7 @@ const LAZY = {
   "hfsm-search": "../panels/search.js",
   "hfsm-output": "../panels/output.js",
   "hfsm-undo-steps": "../panels/undo-steps.js",
-  "hfsm-tests-panel": "../trials/tests.js",
-  "hfsm-trials-panel": "../trials/trials.js",
+  "hfsm-tests-panel": "../panels/tests.js",
   "hfsm-monitor-toolbar": "../run/toolbar.js",
   "hfsm-monitor-panel": "../run/panel.js",
   "hfsm-monitor-timeline": "../run/timeline.js",
@@ -41,24 +40,24 @@ const LAZY = {
 };
 /** What viewers see of these. */
 export const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
-export const SIDE = [
+const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
   ["hfsm-monitor-panel", t("Live")],
 ];
-export const BOTTOM = [
+const BOTTOM = [
   ["hfsm-problems", t("Problems")],
   ["hfsm-search", t("Search")],
   ["hfsm-output", t("Output")],
   ["hfsm-tests-panel", t("Tests")],
-  ["hfsm-trials-panel", t("Trials")],
   ["hfsm-undo-steps", t("Undo steps")],
   ["hfsm-monitor-timeline", t("Timeline")],
 ];
 
 /**
- * @typedef {{name: string, tag: string, title: string, module: string, actions: Action[]}} View `name` is that of its
- *   entry point, `tag` that of the element of its panel, which `module` defines
+ * @typedef {{name: string, tag: string, title: string, module: string, actions: Action[], before?: string}} View `name`
+ *   is that of its entry point, `tag` that of the element of its panel, which `module` defines. It stands below the
+ *   drawing if it is `before` another panel there, and is shown when somebody asks for it
  */
 
 /** The views by the tags of their panels. @type {Map<string, View>} */
@@ -72,6 +71,17 @@ export function addView(view) {
 
 /** Whether a view has something to show of the document. @param {{name: string}} view */
 export const isOffered = ({name}) => !viewing.on && !!page.tabState?.views.includes(name);
+
+/** The panels beside the drawing. @returns {string[][]} */
+export const sidePanels = () => [...SIDE, ...offeredBefore(undefined)];
+
+/** The panels below the drawing. @returns {string[][]} */
+export const bottomPanels = () =>
+  BOTTOM.flatMap((panel) => [...offeredBefore(panel[0]), panel]).filter(([tag]) => !viewing.on || FOR_VIEWERS.has(tag));
+
+/** @param {string | undefined} tag @returns {string[][]} */
+const offeredBefore = (tag) =>
+  [...views.values()].filter((view) => view.before === tag && isOffered(view)).map((view) => [view.tag, view.title]);
 
 export class Panels {
   /** Those that are loaded. @type {Map<string, Panel>} */
