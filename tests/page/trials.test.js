@@ -6,7 +6,7 @@ import {test} from "node:test";
 
 import {PLUGINS, knowNames} from "./page.js";
 
-const ASKING = new URL("visualhfsm_trials/static/asking.js", PLUGINS);
+const ASKING = new URL("trials/src/visualhfsm_trials/static/asking.js", PLUGINS);
 if (!existsSync(ASKING)) process.exit(); // a tree without plug-ins
 knowNames();
 const {duration, endings, requestOf, statePaths, verbOf} = await import(ASKING.href);

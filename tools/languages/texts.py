@@ -71,7 +71,7 @@ _OF_COMMANDS: Final = (
     ),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
     *(f"plugins/agent/src/visualhfsm_agent/_{name}.py" for name in ("approval", "code", "desk", "limits")),
-    *(f"plugins/visualhfsm_trials/_{name}.py" for name in ("cluster", "comparison", "tuning")),
+    *(f"plugins/trials/src/visualhfsm_trials/_{name}.py" for name in ("cluster", "comparison", "tuning")),
     "visualhfsm/trials/_runners.py",
 )
 """What speaks to terminals and agents alone, in English."""

@@ -337,8 +337,8 @@ export function countTicks(most) {
   return Array.from({length: Math.ceil(most / step) + 1}, (_, index) => index * step);
 }
 
-const SMALL = 20; // trials, as in plugins/visualhfsm_trials/_statistics.py
-const MANY = 10; // parts, as in plugins/visualhfsm_trials/_terminal.py
+const SMALL = 20; // trials, as in plugins/trials/src/visualhfsm_trials/_statistics.py
+const MANY = 10; // parts, as in plugins/trials/src/visualhfsm_trials/_terminal.py
 
 /** What chance does to the parts of the quantities. @param {readonly Dependence[]} dependences */
 function chance(dependences) {

@@ -1,4 +1,4 @@
-/** A series of trials in one file, without a server: the content is a `TrialsView` from plugins/visualhfsm_trials/_page.py. */
+/** A series of trials in one file, without a server: the content is a `TrialsView` from plugins/trials/src/visualhfsm_trials/_page.py. */
 
 import {html, render} from "lit";
 

@@ -1,4 +1,4 @@
-/** Figures in words, rounded half up as in plugins/visualhfsm_trials/_statistics.py: page and terminal say the same. */
+/** Figures in words, rounded half up as in plugins/trials/src/visualhfsm_trials/_statistics.py: page and terminal say the same. */
 
 import {language} from "visualhfsm/kit/texts.js";
 
