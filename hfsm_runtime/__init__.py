@@ -22,7 +22,7 @@ The core, from the bottom up:
   what stops the servants; `proofs`: whether what proofs rely on is so (decision 48);
 - `component`: what user code sees as `self`.
 
-In real time, `runtime` runs each automaton in a thread of its own, at its own period; in virtual time
+In real time, `runtime` runs each automaton in its own thread, at its own period; in virtual time
 (`virtual/`) one thread runs the same cycles: code that sleeps is left where it does (`coroutine`), and others
 run meanwhile (decision 45). `component_run` is what both share: the life of a component, and what clients may
 do to it. `command`, a component's command line, puts the parts together.

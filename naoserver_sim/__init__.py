@@ -10,7 +10,7 @@ Module            Contents
 `surroundings`    the surroundings in the model
 `model`           a robot and its world, compiled; `standing` puts the robot on its feet
 `together`, `share` several robots in one model: one physics, in whose arrays each has a share; each
-                  computes with a model of its own
+                  computes with its own model
 `motors`          setpoints that move at limited speed, stiffness, heat; the gears
 `simulator`       the physics thread, its pace against the wall clock, and its time as a clock
 `senses`          the senses of the robot
@@ -24,6 +24,6 @@ Module            Contents
 
 Three activities run in parallel, and none waits for the others: physics, which publishes a snapshot after
 each step; rendering, which copies the state and draws only requested images; and serving, which reads
-snapshots without a lock. The same seed and the same commands at the same times give the same states bit by bit.
-docs/explanation/simulation.md describes models and figures.
+snapshots without a lock. The same seed and the same commands at the same times give the same states bit by
+bit. docs/explanation/simulation.md describes models and figures.
 """
