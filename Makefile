@@ -101,7 +101,7 @@ docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 	@NO_MKDOCS_2_WARNING=1 $(LATER) $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
 
 release: $(VENV)/release.stamp bubblewrap ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
-	@$(BIN)/python tools/setup/release.py
+	@$(BIN)/python -m tools.setup.release
 
 lint: lint-quick lint-all ## Check format, style, types, import rules, generated files and the page
 

@@ -27,13 +27,13 @@ from rich.table import Table
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.fake import FakeRobot
-from naoserver.hardware.connection import CallLink, call
-from naoserver.naoqi._libqi_link import connect
-from naoserver.naoqi._link import RobotAddress
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from visualhfsm_naoqi_programs import serve_as_naoqi
+from visualhfsm_naoqi.programs import serve_as_naoqi
+from visualhfsm_naoqi.robot._libqi_link import connect
+from visualhfsm_naoqi.robot._link import RobotAddress
+from visualhfsm_naoqi.robot.calls import CallLink, call
 from zenoh_ice import Communicator, ObjectPrx, WallClock, initialize
 
 P = TypeVar("P", bound=ObjectPrx)
@@ -94,7 +94,7 @@ def processes() -> Iterator[Bench]:
     with ComponentProcess([sys.executable, __file__, "--robot"]) as robot:
         url = robot.wait_for(r"^ready: (\S+)").group(1)
         server = ComponentProcess(
-            module("naoserver.naoqi", "--robot", url, "--listen", endpoint, "--realm", "bench")
+            module("visualhfsm_naoqi.robot", "--robot", url, "--listen", endpoint, "--realm", "bench")
         )
         with (
             server,

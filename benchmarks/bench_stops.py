@@ -259,7 +259,7 @@ def page_door(folder: Path) -> Iterator[Door]:
 @contextmanager
 def naoqi_door(_: Path) -> Iterator[Door]:
     """Serve a fake robot to programs of NAOqi."""
-    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as robot:
+    with ComponentProcess(module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0")) as robot:
         url = robot.wait_for(r"^ready: (\S+)")[1]
 
         @contextmanager

@@ -43,11 +43,16 @@ COMMANDS: Final = {
     "visualhfsm": "visualhfsm._commands.app",
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim._command",
-    "naoserver-naoqi": "naoserver.naoqi._command",
-    "naoserver-ros2": "visualhfsm_ros2.gateway._command",
     "ballmover": "ballmover._cli",
     "nao": "nao_tools._command",
 }
+COMMANDS.update(
+    {
+        name: f"{entry.partition('.__main__')[0]}._command"
+        for each in PLUG_INS
+        for name, entry in each.project.get("scripts", {}).items()
+    }
+)
 PARTS: Final = {"codegen diff": "codegen._diff"}
 """Commands that are part of another one, each with its module."""
 SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.application.cli
@@ -58,7 +63,7 @@ _REFUSED: Final = "Refused: "
 """How that of an operation begins that always fails."""
 _FENCE: Final = re.compile(r"^(```\w+) .+$", re.M)
 """The opening of a code block with words for the tests after its language, such as `xml fragment`."""
-_LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
+_LINK: Final = re.compile(r"(!?)\[((?:`[^`]*`|[^\]])*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -319,7 +324,7 @@ def naoqi() -> str:
 
 
 def _naoqi_operations() -> str:
-    from visualhfsm_naoqi_programs import _service as service
+    from visualhfsm_naoqi.programs import _service as service
 
     rows = []
     for name in sorted({*service.SERVICES, *service.REFUSED}):

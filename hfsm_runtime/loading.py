@@ -34,6 +34,8 @@ _PACKAGES: Final = {
 """Packages with other names than their modules."""
 _REPLACED: Final = frozenset({"Ice", "IceStorm", "easyiceconfig", "jderobot", "jderobotComm"})
 """Modules of ZeroC's Ice and of JdeRobot's components; pip's `Ice` is another project."""
+_PLUG_IN: Final = "visualhfsm_"
+"""How the names of plug-ins begin."""
 _OF_ROS: Final = frozenset(
     {"cv_bridge", "rclpy", "rospy", "std_msgs", "sensor_msgs", "geometry_msgs", "tf", "tf2_ros"}
 )
@@ -120,6 +122,9 @@ def how_to_install(error: ModuleNotFoundError) -> str:
         return "the interfaces that a document declares replace it: delete the library"
     if name in _OF_ROS:
         return "it comes with ROS, not by pip: start the component where ROS is set up"
+    if name.startswith(_PLUG_IN):
+        extra = name.removeprefix(_PLUG_IN).replace("_", "-")
+        return f"it is a plug-in: type `pip install 'visualhfsm[{extra}]'`"
     return f"try `pip install {_PACKAGES.get(name, name)}`"
 
 

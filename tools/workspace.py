@@ -34,11 +34,9 @@ class Distribution:
 
     @property
     def shipped(self) -> dict[Path, str]:
-        """Other folders that its wheel carries, each with its place there."""
-        return {
-            (self.folder / name).resolve(): place
-            for name, place in self._wheel.get("force-include", {}).items()
-        }
+        """Other files and folders that its wheel carries, each with its place there."""
+        named = self._wheel.get("force-include", {})
+        return {(self.folder / name).resolve(): place for name, place in named.items()}
 
     @property
     def _wheel(self) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """What a server of real hardware needs; that of the Nao stands on it, too (docs/how-to/own-hardware.md).
 
 `servos` makes servos on a bus a whole robot, `serving` serves it, `sim_bus` is a bus to try both without
-hardware. They stand on a connection that is lost and found again (`connection`), on calls that may hang
-(`background`), on what is done at the start and at the end (`lifecycle`) and, for hardware that has no
-watchdog, on a process that stops a robot whose server is killed (`dead_man`).
+hardware. They stand on a connection that is lost and found again (`connection`), and on what is done at the
+start and at the end (`lifecycle`).
 """

@@ -1,6 +1,6 @@
 """Keep the connection to hardware: poll it at a fixed rate, report its loss, and reconnect.
 
-A link carries it, over which calls may be made by name; words about the hardware go into the health report.
+Words about the hardware go into the health report.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
+from typing import Final, Generic, Protocol, TypeVar
 
 from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure, RobotError
@@ -22,10 +22,6 @@ from zenoh_ice.data.text import sentence
 
 class CallFailed(HardwareFailure):
     """The hardware refused a call, or does not know it; the message says why, behind the call."""
-
-
-class CallTimeout(HardwareFailure):
-    """The hardware did not answer in time. The call may still be executed."""
 
 
 class LinkLost(HardwareFailure):
@@ -41,45 +37,6 @@ class Link(Protocol):
 
     def close(self) -> None:
         """Close the link; running calls end with LinkLost. Does nothing the second time."""
-
-
-class Reply(Protocol):
-    """The answer to a call that was begun."""
-
-    @property
-    def done(self) -> bool:
-        """Whether the answer has arrived, or can no longer arrive."""
-
-    def result(self, timeout: float) -> Any:  # noqa: ANN401 - whatever the hardware answers
-        """Return the answer within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-
-
-class CallLink(Link, Protocol):
-    """A link over which calls are made by name. Any thread may use it."""
-
-    def begin(self, operation: str, *arguments: object) -> Reply:
-        """Begin a call such as `ALMotion.setAngles` without waiting for the answer.
-
-        The reply reports every failure.
-        """
-
-
-class Failure:
-    """The answer to a call that could not be begun. Implements Reply."""
-
-    done: Final = True
-
-    def __init__(self, error: Exception) -> None:
-        self._error = error
-
-    def result(self, timeout: float) -> Any:  # noqa: ANN401, ARG002
-        """Raise the reason."""
-        raise self._error
-
-
-def call(link: CallLink, operation: str, *arguments: object, timeout: float = 2.0) -> Any:  # noqa: ANN401
-    """Return the answer to a call within some seconds. Raises CallFailed, CallTimeout or LinkLost."""
-    return link.begin(operation, *arguments).result(timeout)
 
 
 _logger = logging.getLogger(__name__)
@@ -338,10 +295,6 @@ def _reason(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
-
-
-CallConnection: TypeAlias = Connection[CallLink]
-"""The connection to hardware that answers calls by name."""
 
 
 def join(thread: threading.Thread, seconds: float) -> None:

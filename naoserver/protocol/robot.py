@@ -17,7 +17,7 @@ Contract of every implementation
   until the next position or velocity.
 - **Small steps.** A server that is killed or hangs must not leave a motor on its way to a far goal: send
   setpoints in small steps, and set the watchdog of the bus, which holds every motor once nothing comes.
-  Hardware that has none, and goes to its goals by itself, gets a `naoserver.hardware.dead_man` switch.
+  Hardware that has none, and goes to its goals by itself, needs a process that stops it then.
 - **Control.** A robot with a `control_loop` ticks it at the end of every control tick, with its new state
   published; it waits for the jobs there, and its time with it.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An

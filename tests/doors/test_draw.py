@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from plugins.old_documents.tests.support.old_dialects import SPANISH, VISUALSTATES
 from tests.support.browser import EditorPage, chromium
 from tests.support.editor import shared_checks
 from tests.support.expecting import awaited_elements
 from tests.support.pages import DOCS, blocks_of
 from tests.support.panels import add, show_list
+from tests.support.plugins import needs
 from tests.support.screenshots import picture
 from tests.support.tutorial import page_of_a_reader, start_simulation
 from visualhfsm import Project
@@ -148,8 +148,11 @@ def break_and_fix(shown: EditorPage) -> None:
     expect(shown.state("right").and_(shown.page.locator(".active"))).to_be_visible()
 
 
+@needs("visualhfsm_old_documents")
 @pytest.mark.promise("Documents of VisualHFSM (2013) and of VisualStates open as they are")
 def test_documents_of_2013_and_of_visualstates_open_as_they_are(tmp_path: Path) -> None:
+    from plugins.old_documents.tests.support.old_dialects import SPANISH, VISUALSTATES
+
     states = {"spanish": (SPANISH, "buscar pelota"), "visualstates": (VISUALSTATES, "search")}
     for name, (text, first) in states.items():
         (tmp_path / f"{name}.xml").write_text(text, "utf-8")

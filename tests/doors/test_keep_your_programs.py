@@ -14,20 +14,21 @@ from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import JobThreads
 from naoserver.serving.assembly import Assembly
-from plugins.makers.tests.support.dds import free_domain
 from tests.doors.conftest import ServedRobot
 from tests.support.limits import CALL_LIMIT
+from tests.support.plugins import needs
 from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
 from tests.support.waiting import until
-from visualhfsm_makers import BOOSTER, UNITREE
 from zenoh_ice import Settings, WallClock
-from zenoh_ros2 import Node
 
 
+@needs("visualhfsm_ros2")
 @pytest.mark.promise("the robot is a node of ROS 2, without ROS")
 def test_a_velocity_of_ros_drives_the_walk_and_silence_stops_it(fake: ServedRobot) -> None:
+    from zenoh_ros2 import Node
+
     words = ("--connect", fake.endpoint, "--listen", "tcp/127.0.0.1:0")
     settings = Settings(connect=(fake.endpoint,), listen=("tcp/127.0.0.1:0",), lease=CALL_LIMIT)
     with (
@@ -92,12 +93,15 @@ def check_that_the_walk_ends_with_its_program(robot: FakeRobot, begin: Callable[
     until(lambda: walker.commanded().forward == 0.0)
 
 
+@needs("visualhfsm_makers")
 @pytest.mark.promise(
     "the simulated Nao, G1 and T1 answer programs that were written for their makers' packages"
 )
 def test_a_program_of_unitree_walks_until_it_ends() -> None:
     pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
+    from plugins.makers.tests.support.dds import free_domain
     from plugins.makers.tests.support.unitree import CONTINUOUS, Program
+    from visualhfsm_makers import UNITREE
 
     domain = free_domain()
 
@@ -110,12 +114,15 @@ def test_a_program_of_unitree_walks_until_it_ends() -> None:
         check_that_the_walk_ends_with_its_program(robot, begin)
 
 
+@needs("visualhfsm_makers")
 @pytest.mark.promise(
     "the simulated Nao, G1 and T1 answer programs that were written for their makers' packages"
 )
 def test_a_program_of_booster_walks_until_it_ends() -> None:
     pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
     from plugins.makers.tests.support.booster import MOVE, Program
+    from plugins.makers.tests.support.dds import free_domain
+    from visualhfsm_makers import BOOSTER
 
     domain = free_domain()
 

@@ -13,12 +13,10 @@ from interfaces.nao import GroundTruthPrx, JointsPrx, SafetyPrx
 from tests.support.documents import document, state, sub
 from tests.support.limits import MOVE_LIMIT, START_LIMIT
 from tests.support.nao_command import nao
+from tests.support.plugins import needs
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.served_teams import team, until_holder
 from tests.support.waiting import until
-from visualhfsm_match._match import Plan
-from visualhfsm_match._rules import load_rules
-from visualhfsm_match._series import Match, Matches, pack
 from zenoh_ice import initialize
 
 
@@ -73,8 +71,13 @@ def test_a_role_goes_over_when_its_robot_is_stopped_and_when_its_server_is_kille
         until_holder([second], [2.0], "nao2")
 
 
+@needs("visualhfsm_match")
 @pytest.mark.promise("matches with a referee")
 def test_two_teams_that_stand_draw(tmp_path: Path) -> None:
+    from visualhfsm_match._match import Plan
+    from visualhfsm_match._rules import load_rules
+    from visualhfsm_match._series import Match, Matches, pack
+
     stands = [tmp_path / f"{name}.xml" for name in ("stands", "other")]
     for path in stands:
         path.write_text(document(sub(1, 0, state(1, "only", "pass", initial=True))))

@@ -10,9 +10,9 @@ from typing import Final
 
 import pytest
 
-from plugins.classes.tests.support.marks import marks_in
 from tests.support.commands import run_here
 from tests.support.places import ROOT
+from tests.support.plugins import needs
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app
 
@@ -22,10 +22,13 @@ STEALS: Final = f"open({str(LOOK / 'solution/solution.xml')!r}).read()"
 """What a pupil could write; nothing of this machine is within reach of it."""
 
 
+@needs("visualhfsm_classes")
 @pytest.mark.promise(
     "exercises in English and Spanish, marks for everybody's documents, code of strangers behind walls"
 )
 def test_a_class_gets_marks_reasons_and_pages_and_nobody_reaches_the_solution(tmp_path: Path) -> None:
+    from plugins.classes.tests.support.marks import marks_in
+
     exercise = tmp_path / "exercises" / "look"
     shutil.copytree(LOOK, exercise, ignore=shutil.ignore_patterns("hidden", "__pycache__"))
     brief = exercise / "exercise.toml"  # with one trial, and one mistake that is asked for

@@ -34,11 +34,11 @@ YAW = H25.joint_names.index("HeadYaw")
 def test_joints_go_where_they_are_sent_and_the_robot_reports() -> None:
     """By genuine libqi, with a fake robot in a separate process, which is served as NAOqi."""
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver.naoqi._link import RobotAddress
-    from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import call, connect_patiently
+    from visualhfsm_naoqi.robot._link import RobotAddress
+    from visualhfsm_naoqi.robot._robot import NaoqiRobot
 
-    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as process:
+    with ComponentProcess(module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0")) as process:
         address = RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
         with closing(NaoqiRobot(lambda _: connect_patiently(address))) as robot:
             robot.start()

@@ -83,22 +83,6 @@ def test_a_robot_that_was_stopped_is_stopped_after_the_death_of_its_server(
         head.setPose(0.3, 0.0, 1.0)
 
 
-@pytest.mark.skipif(not find_spec("qi"), reason="no qi")
-def test_a_real_robot_that_was_stopped_neither_moves_nor_stands_up_when_its_server_is_started_again(
-    endpoint: str, client: Communicator
-) -> None:
-    from tests.support.conformance import fake_as_naoqi
-
-    with fake_as_naoqi(speed=3.0) as url:
-        stand = ("--robot", url, "--start", "stand")
-        with server("naoserver.naoqi", endpoint, *stand) as process:
-            known(client).emergencyStop("a hand in the way")
-            kill(process)
-        with server("naoserver.naoqi", endpoint, *stand) as process:
-            process.wait_for("the robot is still stopped: it stays as it is")
-            assert "a hand in the way" in known(client).getSafetyState().reason
-
-
 @pytest.mark.parametrize("end", cases([signal.SIGTERM], [signal.SIGINT]))
 def test_a_stop_outlasts_a_server_that_is_ended_and_only_a_stop_does(
     end: signal.Signals, endpoint: str, client: Communicator

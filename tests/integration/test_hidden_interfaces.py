@@ -86,14 +86,13 @@ def test_it_is_named_by_pytest(project: Path, test: str) -> None:
     assert "it was executed" not in done.stdout
 
 
-@pytest.mark.parametrize("module", cases(["naoserver.naoqi"], ["ballmover", "visualhfsm"]))
+@pytest.mark.parametrize("module", cases(["ballmover"], ["visualhfsm"]))
 def test_it_is_found_wherever_python_looks(project: Path, tmp_path: Path, module: str) -> None:
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     done = run(elsewhere, "-P", "-m", module, environment={"PYTHONPATH": str(project)})
-    name = module.rpartition(".")[2]
     hiding = project / "interfaces.py"
-    expected = f"{name}: error: {hiding} hides the package interfaces of VisualHFSM: rename it\n"
+    expected = f"{module}: error: {hiding} hides the package interfaces of VisualHFSM: rename it\n"
     assert (done.returncode, done.stdout) == (1, expected)
 
 

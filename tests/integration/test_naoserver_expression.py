@@ -7,14 +7,12 @@ from typing import cast
 
 import pytest
 
-from interfaces.jderobot import CommandRefusedException, InvalidValueException
+from interfaces.jderobot import InvalidValueException
 from interfaces.nao import LedColor, LedsPrx, Sounds, SoundSamples, SoundsPrx, SpeechPrx
 from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
-from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client, wait_for
-from tests.support.scripted_naoqi import ScriptedNaoqi
 from tests.support.waiting import until
 from zenoh_ice import RobotClock
 
@@ -181,31 +179,3 @@ def test_what_cannot_be_played_is_refused_by_name(sounds, field, play):
         play(sounds)
     assert refusal.value.field == field
     assert sounds.getSound().count == before
-
-
-# -- a real robot that is lost -------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def lost():
-    """A real robot that its server has just lost, and a client's session."""
-    naoqi = ScriptedNaoqi()
-    with served_to_client(NaoqiRobot(naoqi.connect)) as nao:
-        naoqi.lose()
-        yield nao
-
-
-COMMANDS = {
-    "setLed": lambda nao: nao.proxy(LedsPrx, "Leds").setLed("LeftEye", RED, 0.0),
-    "reset": lambda nao: nao.proxy(LedsPrx, "Leds").reset(),
-    "say": lambda nao: nao.proxy(SpeechPrx, "Speech").say("Hello."),
-    "play": lambda nao: nao.proxy(SoundsPrx, "Sounds").play("beep", 0.5),
-    "playTone": lambda nao: nao.proxy(SoundsPrx, "Sounds").playTone(440.0, 0.1, 0.5),
-}
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_lost_robot_refuses_to_shine_and_to_sound_and_says_why(lost, command):
-    with pytest.raises(CommandRefusedException, match="the robot is not connected") as refusal:
-        COMMANDS[command](lost)
-    assert refusal.value.holder == ""

@@ -24,7 +24,7 @@ from naoserver.bodies.kinematics import kinematics_of
 from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
-from tests.support.conformance import FAMILIES, WAYS, in_simulation, motors, robots
+from tests.support.conformance import FAMILIES, in_simulation, motors, robots
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import HASTE, eventually, served_to_client, wait_for
 from zenoh_ice import ObjectNotExistException
@@ -143,7 +143,7 @@ def test_every_body_stands_as_high_as_its_posture_and_is_pressed_where_it_feels(
         wait_for(nao.proxy(TouchPrx, "Touch").getTouchReading, lambda reading: reading.touched == [sensor])
 
 
-@pytest.mark.parametrize("nao", robots(bodies=FAMILIES, ways=WAYS[:2]), indirect=True)
+@pytest.mark.parametrize("nao", robots(bodies=FAMILIES), indirect=True)
 def test_the_balls_go_where_they_are_sent(nao):
     aims = motors(pan=0.2, x=0.9, z=0.45, panSpeed=1.0, tiltSpeed=0.5)
     for ball in ("BallRed", "BallGreen"):

@@ -15,7 +15,7 @@ from interfaces.nao import (
 )
 from naoserver.moves.motion_file import load_motions
 from naoserver_sim._locomotion import STUCK
-from tests.support.conformance import FAMILIES, PATIENT, WAYS, in_simulation, robots
+from tests.support.conformance import FAMILIES, PATIENT, in_simulation, robots
 from tests.support.robot_server import eventually, wait_for
 
 SPEED = 0.12
@@ -28,7 +28,7 @@ LIMP_WITHIN = 1.5
 """Seconds from such a push to limp motors."""
 
 
-@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES, ways=WAYS[:2], weight=True))
+@pytest.fixture(params=robots(lambda body: body.walk, bodies=FAMILIES, weight=True))
 def nao(request):
     """A robot that is served, whose velocities need not be renewed, and a client's session."""
     with request.param(PATIENT) as nao:
@@ -70,7 +70,7 @@ def events(nao):
     return [event.message for event in nao.proxy(HealthPrx, "Health").getHealth().events]
 
 
-@pytest.mark.parametrize("nao", robots(lambda body: body.walk, bodies=FAMILIES, ways=WAYS[:2]), indirect=True)
+@pytest.mark.parametrize("nao", robots(lambda body: body.walk, bodies=FAMILIES), indirect=True)
 def test_the_walk_of_a_client_that_is_lost_ends_and_the_next_one_walks(nao):
     with nao.client() as other:
         walk_on(nao, other)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,17 +12,13 @@ import pytest
 from interfaces.jderobot import Pose3DMotorsData
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H21, H25
-from naoserver.bodies.parts import Steps
 from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot
-from naoserver.serving.server import serve
 from tests.support.limits import FOREVER
-from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, clock_at, served_to_client
 from tests.support.soak import cases
-from zenoh_ice import initialize
 
 __all__ = [
     "BODIES",
@@ -30,8 +26,9 @@ __all__ = [
     "PATIENT",
     "WAYS",
     "Implementation",
+    "Make",
+    "Part",
     "fake",
-    "fake_as_naoqi",
     "in_simulation",
     "motors",
     "robots",
@@ -60,40 +57,6 @@ def simulated(body: Body = H25) -> Iterator[Robot]:
     yield SimulatedRobot(speed=SPEED, skin=False, body=body, camera_limits=PATIENT_CAMERAS)
 
 
-@contextmanager
-def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
-    """Serve the robot without physics as NAOqi does; yield its URL."""
-    pytest.importorskip("visualhfsm_naoqi_programs", reason="the robot behind NAOqi is that of a plug-in")
-    from visualhfsm_naoqi_programs import serve_as_naoqi
-
-    behind = FakeRobot(clock_at(speed), body=body)
-    with (
-        closing(behind),
-        initialize(realm="behind", listen=[free_endpoint()], connect=[], clock="wall") as communicator,
-        serve(behind, communicator.createObjectAdapter("Behind"), ServerOptions()) as assembly,
-        serve_as_naoqi(behind, assembly, "tcp://127.0.0.1:0") as url,
-    ):
-        yield url
-
-
-@contextmanager
-def naoqi(body: Body = H25) -> Iterator[Robot]:
-    """Make a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi.
-
-    It is polled less often than a real one: most of the work would be polls. Its time is the wall's: within what its
-    contract says, orders and reports pass through threads and sockets.
-    """
-    pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from naoserver.hardware.connection import HardwareLimits
-    from naoserver.naoqi._link import RobotAddress
-    from naoserver.naoqi._robot import NaoqiRobot
-    from tests.support.naoqi import connect_patiently
-
-    with fake_as_naoqi(body) as url:
-        address, limits = RobotAddress.parse(url), HardwareLimits(period=0.05)
-        yield NaoqiRobot(lambda _: connect_patiently(address), body=body, limits=limits)
-
-
 BODIES: Final = (H25, H21, *(find_body(name) for name in ("T1", "G1", "Cart")))
 """Every body."""
 
@@ -101,13 +64,13 @@ FAMILIES: Final = tuple(body for body in BODIES if body is not H21)
 """A body of each kind of robot: for what is the same for an H21 as for an H25."""
 
 Make = Callable[[Body], AbstractContextManager[Robot]]
-WAYS: Final[tuple[Make, ...]] = (fake, simulated, naoqi)
-"""The ways to make a robot; only a Nao has NAOqi."""
+WAYS: Final[tuple[Make, ...]] = (fake, simulated)
+"""The ways to make a robot of any body."""
 
 
 @dataclass(frozen=True)
 class Implementation:
-    """A way to make a robot of a body: without physics, in the simulation, or over NAOqi."""
+    """A way to make a robot of a body, such as without physics."""
 
     way: Make
     body: Body
@@ -140,12 +103,7 @@ def robots(
     simulation, too. `make soak` takes the rest.
     """
     able = [body for body in bodies if all(part(body) for part in parts)]
-    pairs = [
-        Implementation(way, body)
-        for body in able
-        for way in ways
-        if way is not naoqi or isinstance(body.walk, Steps)
-    ]
+    pairs = [Implementation(way, body) for body in able for way in ways]
 
     def in_test(robot: Implementation) -> bool:
         return robot.body is H25 or robot.way is ways[0] or (weight and robot.way is simulated)

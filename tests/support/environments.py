@@ -38,7 +38,8 @@ def copy_packages(folder: Path, *, checkout: bool = False) -> None:
         for package in each.packages:
             shutil.copytree(package, folder / (package.relative_to(ROOT) if checkout else package.name))
         for shipped, place in each.shipped.items():
-            shutil.copytree(shipped, folder / (shipped.relative_to(ROOT) if checkout else place))
+            if shipped.is_dir():
+                shutil.copytree(shipped, folder / (shipped.relative_to(ROOT) if checkout else place))
 
 
 def make_environment(home: Path, extras: Iterable[str], *, packages: Path, editable: bool = False) -> Path:

@@ -38,7 +38,7 @@ PACKAGES: Final = [
     "visualhfsm_cluster",
     "visualhfsm_learning",
     "visualhfsm_makers",
-    "visualhfsm_naoqi_programs",
+    "visualhfsm_naoqi",
     "visualhfsm_old_documents",
     "visualhfsm_own_robots",
     "visualhfsm_ros2",

@@ -11,16 +11,16 @@ from typing import Any
 
 import qi
 
-from naoserver.hardware import connection
-from naoserver.hardware.connection import CallLink, Reply
-from naoserver.naoqi._libqi_link import connect
-from naoserver.naoqi._link import RobotAddress
-from naoserver.naoqi.libqi import start_libqi
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
+from visualhfsm_naoqi._libqi import start_libqi
+from visualhfsm_naoqi.robot import calls
+from visualhfsm_naoqi.robot._libqi_link import connect
+from visualhfsm_naoqi.robot._link import RobotAddress
+from visualhfsm_naoqi.robot.calls import CallLink, Reply
 
 __all__ = ["call", "connect_patiently", "connected", "eventually_near"]
 
-call = functools.partial(connection.call, timeout=CALL_LIMIT)
+call = functools.partial(calls.call, timeout=CALL_LIMIT)
 """Return what NAOqi answers, on a busy machine, too."""
 
 

@@ -22,7 +22,7 @@ PROGRAMS: Final = {
     "codegen": ("codegen.command", "app"),
     "codegen diff": ("codegen._diff", "app"),
     "nao": ("nao_tools._command", "app"),
-    "naoserver-naoqi": ("naoserver.naoqi._command", "app"),
+    "naoserver-naoqi": ("visualhfsm_naoqi.robot._command", "app"),
     "naoserver-ros2": ("visualhfsm_ros2.gateway._command", "app"),
     "naoserver-sim": ("naoserver_sim._command", "app"),
     "python -m naoserver.fake": ("naoserver.fake.__main__", "app"),

@@ -64,11 +64,11 @@ def _surveyed(robot: Robot) -> dict[str, str]:
 
 
 def _surveyed_through_naoqi() -> dict[str, str]:
-    from naoserver.naoqi._link import RobotAddress
-    from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
+    from visualhfsm_naoqi.robot._link import RobotAddress
+    from visualhfsm_naoqi.robot._robot import NaoqiRobot
 
-    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as naoqi:
+    with ComponentProcess(module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0")) as naoqi:
         address = RobotAddress.parse(naoqi.wait_for(r"^ready: (\S+)")[1], "", "")
         return _surveyed(NaoqiRobot(lambda _: connect_patiently(address)))
 

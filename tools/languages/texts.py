@@ -28,6 +28,7 @@ from babel.messages.pofile import PoFileError, read_po, write_po
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
+from tools.workspace import PLUG_INS
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 LANGUAGES: Final = ROOT / "visualhfsm" / "_base" / "languages"
@@ -52,15 +53,16 @@ class TextsError(Exception):
     """The catalogs cannot be brought up to date."""
 
 
-_CODE: Final = ("codegen", "plugins", "visualhfsm")
-_ROBOTS: Final = ("naoserver/", "naoserver_sim/")
+_PLUG_INS: Final = tuple(f"plugins/{each.folder.name}/src" for each in PLUG_INS)
+_CODE: Final = ("codegen", *_PLUG_INS, "visualhfsm")
+_ROBOTS: Final = ("naoserver/", "naoserver_sim/", "plugins/naoqi/src/visualhfsm_naoqi/robot/")
 _REFUSALS: Final = {
     **dict.fromkeys(("CommandRefused", "InvalidValueException", "LinkLost", "RouteError"), 0),
     "InvalidCommand": 1,
     "JointTaken": 2,
 }
 """Errors of robots that a page shows: the place of their text among the arguments."""
-_SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
+_SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", *_PLUG_INS, "visualhfsm", "zenoh_ice")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/classes/src/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(
@@ -315,13 +317,24 @@ DOMAINS: Final = (
 
 
 def updated(catalog: Catalog, texts: Catalog) -> bytes:
-    """Return a catalog with exactly the texts of the code, as a file; translations of these are kept."""
+    """Return a catalog with exactly the texts of the code, as a file; translations of these are kept.
+
+    A checkout may lack the folder of a plug-in: what the catalog has from there stays.
+    """
+    for message in catalog:
+        absent = [(file, 1) for file, _ in message.locations if _is_of_absent_plug_in(file)]
+        if message.id and absent:
+            texts.add(message.id, locations=absent, flags=message.flags)
     catalog.update(texts, no_fuzzy_matching=True, update_creation_date=False)
     file = io.BytesIO()
     write_po(file, catalog, width=_WIDTH, sort_output=True, ignore_obsolete=True, include_lineno=False)
     return b"".join(
         line for line in file.getvalue().splitlines(keepends=True) if not line.startswith(_UNSAID)
     )
+
+
+def _is_of_absent_plug_in(file: str) -> bool:
+    return file.startswith("plugins/") and not (ROOT / Path(*Path(file).parts[:2])).exists()
 
 
 def added(domain: Domain, language: str) -> Catalog:

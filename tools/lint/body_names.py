@@ -16,8 +16,7 @@ GENERATED: Final = {ROOT / "behaviors", ROOT / "interfaces", ROOT / "tests"}
 SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
 FREE: Final = (
     "naoserver/bodies",  # descriptions, motions and looks of each body
-    "naoserver/naoqi",  # NAOqi runs on Naos only, and its names are theirs
-    "plugins/naoqi/src/visualhfsm_naoqi_programs",
+    "plugins/naoqi/src/visualhfsm_naoqi",  # NAOqi runs on Naos only, and its names are theirs
 )
 """Folders in which bodies have names."""
 WORD: Final = re.compile(r"\w+")

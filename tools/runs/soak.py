@@ -157,6 +157,8 @@ def all_parts() -> dict[str, list[str]]:
             found[f"{folder}-{index + 1}"] = [*pytest, *share]
     for plug_in in sorted(path.parent for path in ROOT.glob("plugins/*/pyproject.toml")):
         found[plug_in.name] = [*pytest, (plug_in / "tests").relative_to(ROOT).as_posix()]
+        found[f"without-{plug_in.name}"] = [sys.executable, "tools/runs/without.py", plug_in.name]
+    found["without-plug-ins"] = [sys.executable, "tools/runs/without.py"]
     for python in PYTHONS:
         if _is_installed(python):
             environment = [f"PYTHON={python}", f"VENV=.venv/{python}"]

@@ -1,6 +1,7 @@
 """Build the distributions of a release and check them: `make release` writes dist/, and uploads nothing.
 
-Only pyproject.toml has the version. CHANGELOG.md has a section with it and its date.
+The core and all plug-ins are released together, with one version. CHANGELOG.md has a section with it and its
+date.
 """
 
 from __future__ import annotations
@@ -15,20 +16,24 @@ import sys
 import tarfile
 import tempfile
 import threading
-import tomllib
 import urllib.request
 import zipfile
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
 
-ROOT: Final = Path(__file__).resolve().parents[2]
+from tools.workspace import CORE, DISTRIBUTIONS, ROOT, Distribution
+
 DIST: Final = ROOT / "dist"
-EXTRAS: Final = "learning,naoqi,python2,ros2,security,sim,test,vision,web"
+TOGETHER: Final = (
+    *("agent", "booster", "classes", "cluster", "jupyter", "learning", "match", "models", "naoqi", "python2"),
+    *("ros2", "security", "sim", "test", "trials", "vision", "web"),
+)
+"""All extras of users."""
 VENDORED: Final = "visualhfsm/_editor/static/vendor/packages.json"
-PROJECT: Final[dict[str, Any]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+PROJECT: Final = CORE.settings
 LIMIT: Final = 600  # s for a step
 PLACES: Final = ("e", "Zoë Müller", "it's/a/deep folder")
 """Where the wheel is installed, too: what grading hides from submissions has another order there."""
@@ -40,7 +45,8 @@ class ReleaseError(Exception):
 
 def run(*command: str | Path, cwd: Path = ROOT) -> str:
     """Return the output of a command; raises ReleaseError, with the output, when it fails."""
-    environment = {**os.environ, "PIP_CONSTRAINT": str(ROOT / "constraints.txt")}
+    constraints = str(ROOT / "constraints.txt")
+    environment = {**os.environ, "PIP_CONSTRAINT": constraints, "UV_CONSTRAINT": constraints}
     environment.pop("PYTHONPATH", None)
     done = subprocess.run(
         command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False
@@ -69,26 +75,55 @@ def missing(names: set[str], wanted: list[str]) -> None:
         raise ReleaseError(f"the distribution lacks {', '.join(absent)}")
 
 
-def check_contents(sdist: Path, wheel: Path) -> None:
-    """Compare the distributions with the files of the repository.
+def build(distribution: Distribution) -> Path:
+    """Build a wheel, and of the core the sources, too, which are the whole repository; return the wheel."""
+    kind = [] if distribution is CORE else ["--wheel"]
+    run(sys.executable, "-m", "build", *kind, "--outdir", DIST, distribution.folder)
+    name = distribution.project["name"].replace("-", "_")
+    return DIST / f"{name}-{distribution.project['version']}-py3-none-any.whl"
 
-    The source distribution has all of them, the wheel those of its packages and of the folders that it ships.
-    """
+
+def check_contents(distribution: Distribution, wheel: Path) -> None:
+    """Compare a wheel with the files of its packages and of what else it ships."""
     tracked = run("git", "ls-files").splitlines()
-    contents = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
-    places = {name: Path(name).name for name in contents["packages"]} | contents["force-include"]
-    with tarfile.open(sdist) as archive:
-        missing({name.partition("/")[2] for name in archive.getnames()}, tracked)
-    with zipfile.ZipFile(wheel) as archive:
-        wanted = [
-            f"{place}/{name.removeprefix(f'{folder}/')}"
-            for folder, place in places.items()
-            for name in tracked
-            if name.startswith(f"{folder}/")
+    places = {path: path.name for path in distribution.packages} | distribution.shipped
+    wanted = []
+    for path, place in places.items():
+        folder = path.relative_to(ROOT).as_posix()
+        wanted += [place] if path.is_file() else []
+        wanted += [
+            f"{place}/{name.removeprefix(f'{folder}/')}" for name in tracked if name.startswith(f"{folder}/")
         ]
-        licences = f"visualhfsm-{PROJECT['project']['version']}.dist-info/licenses"
-        wanted += [f"{licences}/{name}" for name in PROJECT["project"]["license-files"]]
+    licences = f"{'-'.join(wheel.name.split('-')[:2])}.dist-info/licenses"
+    wanted += [f"{licences}/{name}" for name in distribution.project.get("license-files", ())]
+    with zipfile.ZipFile(wheel) as archive:
         missing(set(archive.namelist()), wanted)
+
+
+def check_sources(sdist: Path) -> None:
+    """Compare the source distribution with the files of the repository: it has all of them."""
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    missing(names, run("git", "ls-files").splitlines())
+
+
+def install(folder: Path, *what: str) -> Path:
+    """Make an environment with some of the distributions and what they require; return its Python."""
+    run(sys.executable, "-m", "venv", "--without-pip", folder)
+    python = folder / "bin" / "python"
+    uv = Path(sys.executable).with_name("uv")
+    run(uv, "pip", "install", "--quiet", "--system-certs", "--python", python, "--find-links", DIST, *what)
+    return python
+
+
+def check_alone(distribution: Distribution, wheel: Path, folder: Path) -> None:
+    """Install one wheel with the core alone, import its packages, and let commands list what it adds."""
+    python = install(folder, str(wheel))
+    for package in distribution.packages:
+        run(python, "-c", f"import {package.name}", cwd=folder)
+    run(python.with_name("visualhfsm"), "--help", cwd=folder)
+    for name in distribution.project.get("scripts", ()):
+        run(python.with_name(name), "--help", cwd=folder)
 
 
 def check_commands(programs: Path, folder: Path) -> None:
@@ -138,8 +173,8 @@ def check_editor(programs: Path, folder: Path) -> None:
         raise ReleaseError(f"the page names {len(modules)} files, not its modules")
 
 
-def check_places(wheel: Path, python: Path, folder: Path) -> None:
-    """Grade a document that fails at once, for each exercise, where folders of other names have the wheel.
+def check_places(wheels: list[Path], python: Path, folder: Path) -> None:
+    """Grade a document that fails at once, for each exercise, where folders of other names have the wheels.
 
     The packages that it needs are those of the environment of `python`.
     """
@@ -153,9 +188,7 @@ def check_places(wheel: Path, python: Path, folder: Path) -> None:
         text = document.read_text("utf-8").replace("<code>", "<code>raise ValueError\n", 1)
         (folder / name / "one.xml").write_text(text, "utf-8")
     for place in PLACES:
-        run(sys.executable, "-m", "venv", folder / place)
-        there = folder / place / "bin" / "python"
-        run(there, "-m", "pip", "install", "--quiet", "--no-deps", wheel)
+        there = install(folder / place, "--no-deps", *map(str, wheels))
         Path(run(there, "-c", site).strip(), "packages.pth").write_text(packages, "utf-8")
         for name in documents:
             run(there, "-m", "visualhfsm", "grade", name, folder / name, cwd=folder)
@@ -207,18 +240,21 @@ def main() -> None:
     heading = dated(version)
     shutil.rmtree(DIST, ignore_errors=True)
     print(f"building visualhfsm {heading}")
-    run(sys.executable, "-m", "build", "--outdir", DIST)
-    sdist, wheel = DIST / f"visualhfsm-{version}.tar.gz", DIST / f"visualhfsm-{version}-py3-none-any.whl"
-    run(sys.executable, "-m", "twine", "check", "--strict", sdist, wheel)
-    check_contents(sdist, wheel)
+    wheels = {each.project["name"]: build(each) for each in DISTRIBUTIONS}
+    sdist = DIST / f"visualhfsm-{version}.tar.gz"
+    run(sys.executable, "-m", "twine", "check", "--strict", sdist, *wheels.values())
+    check_sources(sdist)
+    for each in DISTRIBUTIONS:
+        check_contents(each, wheels[each.project["name"]])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        python = folder / "venv" / "bin" / "python"
-        print("installing the wheel in a clean environment, and running its commands")
-        run(sys.executable, "-m", "venv", folder / "venv")
-        run(python, "-m", "pip", "install", "--quiet", f"{wheel}[{EXTRAS}]")
+        for each in DISTRIBUTIONS:
+            print(f"installing {each.project['name']} alone")
+            check_alone(each, wheels[each.project["name"]], folder / each.project["name"])
+        print("installing all together, and running their commands")
+        python = install(folder / "venv", f"{wheels['visualhfsm']}[{','.join(TOGETHER)}]")
         check_commands(python.parent, folder)
-        check_places(wheel, python, folder / "places")
+        check_places([*wheels.values()], python, folder / "places")
         write_sbom(python, DIST / f"visualhfsm-{version}.cdx.json")
     print("\n".join(f"dist/{path.name}: {path.stat().st_size // 1000} kB" for path in sorted(DIST.iterdir())))
 

@@ -31,6 +31,7 @@ from visualhfsm._monitor.realm.robot import RobotPresence
 from visualhfsm._processes.bodies import body_option, called, require_body
 from zenoh_ice import Settings
 from zenoh_ice.application.child import ChildProcess
+from zenoh_ice.plugins import NotInstalledError, optional
 
 _BALLS: Final = ("red", "green")
 _SIMULATION_PATIENCE: Final = (3.0, 2.0)
@@ -198,7 +199,9 @@ class StartedRobot:
             )
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
-        await complete(self._start("real", address, "naoserver.naoqi", options, require_rest))
+        with VisualHfsmError.in_place_of(NotInstalledError):
+            optional("visualhfsm_naoqi", "visualhfsm[naoqi]")
+        await complete(self._start("real", address, "visualhfsm_naoqi.robot", options, require_rest))
 
     async def move_balls(self, *, moving: bool) -> None:
         """Move the balls of the simulation along their routes, or leave them where they are."""

@@ -77,10 +77,7 @@ def say_version() -> None:
 
 def missing_package(error: ModuleNotFoundError, extra: str) -> str:
     """Return what to install for a module that cannot be imported: an extra."""
-    name = error.name or ""
-    if name == "qi" and sys.version_info >= (3, 13):
-        return "qi is not available for Python 3.13 and newer: the real robot needs Python 3.11 or 3.12"
-    return f"{name} is not installed; type: pip install 'visualhfsm[{extra}]'"
+    return f"{error.name or ''} is not installed; type: pip install 'visualhfsm[{extra}]'"
 
 
 def end_without(program: str, what: str, lack: str) -> NoReturn:

@@ -31,7 +31,7 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 
 
 def test_every_code_is_reported_somewhere() -> None:
-    folders = ROOT / "codegen" / "hfsm", ROOT / "plugins", ROOT / "visualhfsm" / "_document"
+    folders = ROOT / "codegen" / "hfsm", *ROOT.glob("plugins/*/src"), ROOT / "visualhfsm" / "_document"
     paths = [path for folder in folders for path in folder.rglob("*.py")]
     sources = "".join(path.read_text("utf-8") for path in paths)
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from codegen.hfsm._checks.component import STANDARD_OPTIONS
 from tests.support.codegen_command import codegen
 from tests.support.pages import DOCS, blocks_of
+from tests.support.plugins import needs
 from visualhfsm._commands.app import app
 from visualhfsm.testing import MakeBehavior, strategies
 
@@ -20,7 +21,11 @@ pytest_plugins = "pytester"
 RECIPES = [
     *("how-to/see-a-ball", "how-to/walk-to-a-place", "how-to/wait", "how-to/combine", "how-to/testing"),
     "reference/components",
-    pytest.param("how-to/localization", marks=[pytest.mark.sim, pytest.mark.gl]),
+    pytest.param(
+        "../plugins/match/docs/localization",
+        id="localization",
+        marks=[pytest.mark.sim, pytest.mark.gl, needs("visualhfsm_match")],
+    ),
 ]
 PRESUMED = ("behaviors/follow_ball.xml", "shelf/look_for_a_ball.xml")
 TESTING = (DOCS / "how-to/testing.md").read_text("utf-8")

@@ -21,9 +21,11 @@ from zenoh_ice import Communicator, initialize
 def endpoint() -> Iterator[str]:
     """The endpoint of the server of a robot over NAOqi."""
     endpoint = free_endpoint()
-    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as robot:
+    with ComponentProcess(module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0")) as robot:
         url = robot.wait_for(r"^ready: (\S+)")[1]
-        with ComponentProcess(module("naoserver.naoqi", "--robot", url, "--listen", endpoint)) as server:
+        with ComponentProcess(
+            module("visualhfsm_naoqi.robot", "--robot", url, "--listen", endpoint)
+        ) as server:
             server.wait_for("^ready")
             yield endpoint
 

@@ -13,21 +13,21 @@ from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.errors import RobotError
 from naoserver.hardware.connection import HardwareLimits
 from naoserver.hardware.serving import serve_hardware
-from naoserver.naoqi._libqi_link import connect
-from naoserver.naoqi._link import RobotAddress
-from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot, NaoStart
 from naoserver.safety.latch import latch_of
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
+from visualhfsm_naoqi.robot._libqi_link import connect
+from visualhfsm_naoqi.robot._link import RobotAddress
+from visualhfsm_naoqi.robot._robot import LifecycleOptions, NaoqiRobot, NaoStart
 from zenoh_ice.settings import Settings
 
 
 @pytest.fixture(scope="module")
 def process():
     with ComponentProcess(
-        module("plugins.naoqi.tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0")
+        module("plugins.naoqi.tests.support.faulty", "--qi", "tcp://127.0.0.1:0")
     ) as process:
         yield process
 

@@ -14,7 +14,7 @@ from tests.support.naoqi import connected
 from tests.support.pages import blocks_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module
-from visualhfsm_naoqi_programs import _service as service
+from visualhfsm_naoqi.programs import _service as service
 
 PAGE = (ROOT / "plugins/naoqi/docs/virtual-nao.md").read_text("utf-8")
 
@@ -25,7 +25,7 @@ def test_the_program_says_what_the_page_says(tmp_path):
     (tmp_path / "greet.py").write_text(program.text, "utf-8")
     said = next(block.text for block in blocks if block.text.startswith("$ python greet.py"))
     with ComponentProcess(
-        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--speed", "3")
+        module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0", "--speed", "3")
     ) as server:
         url = server.wait_for(r"^ready: (\S+)")[1]
         result = subprocess.run(
@@ -45,9 +45,7 @@ def test_typed_speech_is_recognized_as_the_page_says() -> None:
     section = PAGE.partition("## Typed speech")[2].partition("## ")[0]
     (example,) = blocks_of(section)
     with (
-        ComponentProcess(
-            module("plugins.naoqi.tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0")
-        ) as server,
+        ComponentProcess(module("plugins.naoqi.tests.support.faulty", "--qi", "tcp://127.0.0.1:0")) as server,
         connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
     ):
         heard: queue.Queue[object] = queue.Queue()

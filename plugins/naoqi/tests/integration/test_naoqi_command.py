@@ -15,15 +15,15 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
-from naoserver.naoqi._command import app, parse_address
-from naoserver.naoqi._libqi_link import connect
-from naoserver.naoqi._link import NAME, RobotAddress
+from plugins.naoqi.tests.support.robots import fake_as_naoqi
 from tests.support.commands import run_here
-from tests.support.conformance import fake_as_naoqi
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.naoqi import call
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import eventually, wait_for
+from visualhfsm_naoqi.robot._command import app, parse_address
+from visualhfsm_naoqi.robot._libqi_link import connect
+from visualhfsm_naoqi.robot._link import NAME, RobotAddress
 from zenoh_ice import initialize
 
 SUBSCRIBERS = "ALVideoDevice.getSubscribers"
@@ -45,7 +45,7 @@ def link(url):
 def served(url, *options):
     """Start the command; yield the process, and a communicator that is connected to it."""
     endpoint = free_endpoint()
-    command = module("naoserver.naoqi", "--robot", url, "--listen", endpoint, *options)
+    command = module("visualhfsm_naoqi.robot", "--robot", url, "--listen", endpoint, *options)
     with ComponentProcess(command) as process:
         process.wait_for("^ready: realm nao, .*, robot tcp://")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], clock="wall") as communicator:
@@ -108,7 +108,9 @@ def test_a_killed_server_does_not_leave_the_robot_walking(url, link):
 
 
 def test_ctrl_c_while_it_starts_ends_it_quietly():
-    with ComponentProcess(announced("naoserver.naoqi.__main__", "--robot", "tcp://127.0.0.1:1")) as process:
+    with ComponentProcess(
+        announced("visualhfsm_naoqi.robot.__main__", "--robot", "tcp://127.0.0.1:1")
+    ) as process:
         process.wait_for("starting")
         process.process.send_signal(signal.SIGINT)
         assert process.wait() in (130, 1)  # it may have found by then that nobody is there
@@ -148,19 +150,36 @@ def test_it_names_what_is_not_installed(tmp_path):
         [
             sys.executable,
             "-c",
-            "from naoserver.naoqi.__main__ import main; main()",
+            "from visualhfsm_naoqi.robot.__main__ import main; main()",
             "--robot",
             "tcp://nao.local",
         ],
         capture_output=True,
         text=True,
         cwd=REPOSITORY,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), *sys.path))},
         timeout=RUN_LIMIT,
         check=False,
     )
     assert done.returncode == 1
     assert "qi is not installed; type: pip install 'visualhfsm[naoqi]'" in done.stderr
+
+
+def test_a_module_that_hides_the_interfaces_is_named(tmp_path):
+    hiding = tmp_path / "interfaces.py"
+    hiding.write_text("raise RuntimeError('it was executed')\n")
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "visualhfsm_naoqi.robot"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), *sys.path))},
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    expected = f"robot: error: {hiding} hides the package interfaces of VisualHFSM: rename it\n"
+    assert (done.returncode, done.stdout) == (1, expected)
 
 
 def test_the_password_may_come_from_the_environment(monkeypatch):

@@ -13,11 +13,11 @@ import pytest
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver.hardware.connection import LinkLost
-from naoserver.naoqi._libqi_link import connect
-from naoserver.naoqi._link import RobotAddress
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.naoqi import call
 from tests.support.processes import ComponentProcess, module
+from visualhfsm_naoqi.robot._libqi_link import connect
+from visualhfsm_naoqi.robot._link import RobotAddress
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificate")
 
@@ -45,7 +45,7 @@ def certificate(tmp_path_factory):
 @pytest.fixture(scope="module")
 def port():
     """The port of a robot that talks without TLS: libqi for Python cannot listen with it."""
-    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as process:
+    with ComponentProcess(module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0")) as process:
         yield int(process.wait_for(r"^ready: \S+:(\d+)")[1])
 
 

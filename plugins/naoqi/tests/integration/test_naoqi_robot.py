@@ -6,14 +6,15 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from contextlib import closing
 
-from naoserver.hardware.connection import CallFailed, CallTimeout, LinkLost
-from naoserver.naoqi._libqi_link import connect
-from naoserver.naoqi._link import NAME, RobotAddress
-from naoserver.naoqi._robot import NaoqiRobot
+from naoserver.hardware.connection import CallFailed, LinkLost
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
+from visualhfsm_naoqi.robot._libqi_link import connect
+from visualhfsm_naoqi.robot._link import NAME, RobotAddress
+from visualhfsm_naoqi.robot._robot import NaoqiRobot
+from visualhfsm_naoqi.robot.calls import CallTimeout
 
 SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
@@ -21,7 +22,7 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 @pytest.fixture(scope="module")
 def address():
     with ComponentProcess(
-        module("plugins.naoqi.tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0")
+        module("plugins.naoqi.tests.support.faulty", "--qi", "tcp://127.0.0.1:0")
     ) as process:
         yield RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
 

@@ -23,9 +23,9 @@ from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.robot_server import clock_at, eventually
-from visualhfsm_naoqi_programs import serve_as_naoqi
-from visualhfsm_naoqi_programs._clients import MOST_RUNNING
-from visualhfsm_naoqi_programs._connections import LARGEST_MESSAGE
+from visualhfsm_naoqi.programs import serve_as_naoqi
+from visualhfsm_naoqi.programs._clients import MOST_RUNNING
+from visualhfsm_naoqi.programs._connections import LARGEST_MESSAGE
 
 VALUE = qi.FutureState.FinishedWithValue
 MILLISECONDS = int(CALL_LIMIT * 1000)
@@ -53,7 +53,7 @@ PROGRAM = """
 @pytest.fixture(scope="module")
 def url():
     with ComponentProcess(
-        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--speed", "4")
+        module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0", "--speed", "4")
     ) as process:
         yield process.wait_for(r"^ready: (\S+)")[1]
 

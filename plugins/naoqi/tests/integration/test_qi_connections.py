@@ -11,13 +11,13 @@ import pytest
 
 pytest.importorskip("qi")
 
-from plugins.naoqi.tests.support.qi_messages import CALL, ERROR, POST, REPLY, Line, Message, text
+from plugins.naoqi.tests.support.messages import CALL, ERROR, POST, REPLY, Line, Message, text
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
-from visualhfsm_naoqi_programs._clients import Call, CallTable, Client, QiLimits
-from visualhfsm_naoqi_programs._connections import (
+from visualhfsm_naoqi.programs._clients import Call, CallTable, Client, QiLimits
+from visualhfsm_naoqi.programs._connections import (
     LARGEST_MESSAGE,
     MOST_PROGRAMS,
     MOST_SHORT,
@@ -310,7 +310,7 @@ def test_programs_that_end_just_before_it_is_closed_are_dealt_with(played):
 
 def test_what_a_program_posts_is_done_also_its_own_signals():
     with (
-        ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as process,
+        ComponentProcess(module("visualhfsm_naoqi.programs", "--qi", "tcp://127.0.0.1:0")) as process,
         connected(process.wait_for(r"^ready: (\S+)")[1]) as session,
         Line.to(session.url()) as program,
     ):

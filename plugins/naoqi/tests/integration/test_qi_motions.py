@@ -12,7 +12,7 @@ pytest.importorskip("qi")
 from naoserver.errors import RobotError
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
-from plugins.naoqi.tests.support.qi_service import Rig
+from plugins.naoqi.tests.support.rig import Rig
 from tests.support.limits import EVENT_LIMIT
 from tests.support.soak import cases
 from tests.support.stepped_clock import SteppedClock

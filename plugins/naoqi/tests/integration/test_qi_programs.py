@@ -44,7 +44,7 @@ def upright(function: Callable[[Any], None]) -> Callable[[Any], None]:
 def session():
     with (
         ComponentProcess(
-            module("plugins.naoqi.tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0", "--speed", "20")
+            module("plugins.naoqi.tests.support.faulty", "--qi", "tcp://127.0.0.1:0", "--speed", "20")
         ) as server,
         connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
     ):

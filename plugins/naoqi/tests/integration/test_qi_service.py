@@ -21,22 +21,22 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.waiting import until
-from visualhfsm_naoqi_programs.__main__ import app
-from visualhfsm_naoqi_programs._connections import MOST_LINKS
-from visualhfsm_naoqi_programs._memory import MOST_KEYS
+from visualhfsm_naoqi.programs.__main__ import app
+from visualhfsm_naoqi.programs._connections import MOST_LINKS
+from visualhfsm_naoqi.programs._memory import MOST_KEYS
 
 HEAD_YAW = "Device/SubDeviceList/HeadYaw/Position/Sensor/Value"
 ANYWHERE = "tcp://127.0.0.1:0"
 MILLISECONDS = int(CALL_LIMIT * 1000)
 
 
-def server(*options, program="visualhfsm_naoqi_programs"):
+def server(*options, program="visualhfsm_naoqi.programs"):
     return ComponentProcess(module(program, "--qi", ANYWHERE, *options))
 
 
 @pytest.fixture(scope="module")
 def url():
-    with server("--speed", "3", program="plugins.naoqi.tests.support.naoqi_faults") as process:
+    with server("--speed", "3", program="plugins.naoqi.tests.support.faulty") as process:
         yield process.wait_for(r"^ready: (\S+)")[1]
 
 
@@ -392,7 +392,7 @@ def test_it_ends_cleanly_at_ctrl_c_while_it_is_used():
 
 
 def test_a_port_that_is_taken(url):
-    refused = run_here(app, "visualhfsm_naoqi_programs", "--qi", url, expected=(RobotError,))
+    refused = run_here(app, "visualhfsm_naoqi.programs", "--qi", url, expected=(RobotError,))
     assert refused.returncode == 1
     assert f"cannot listen at {url}" in refused.stderr
     assert "Traceback" not in refused.stderr
@@ -401,7 +401,7 @@ def test_a_port_that_is_taken(url):
 @pytest.mark.parametrize(
     "command",
     [
-        ["visualhfsm_naoqi_programs"],
+        ["visualhfsm_naoqi.programs"],
         pytest.param(
             ["naoserver_sim", "--listen", "tcp/127.0.0.1:0", "--qi", ANYWHERE], marks=pytest.mark.sim
         ),

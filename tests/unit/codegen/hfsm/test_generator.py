@@ -411,6 +411,7 @@ def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
         ("skimage", "try `pip install scikit-image`"),
         ("Ice", "the interfaces that a document declares replace it: delete the library"),
         ("rospy", "it comes with ROS, not by pip"),
+        ("visualhfsm_match", "it is a plug-in: type `pip install 'visualhfsm[match]'`"),
     ],
 )
 def test_no_other_project_is_installed_in_place_of_a_missing_library(

@@ -85,7 +85,9 @@ def called(call: ast.Call) -> str:
 def test_no_text_that_is_looked_up_is_put_together() -> None:
     names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
     paths = [
-        path for folder in ("codegen", "plugins", "visualhfsm") for path in (ROOT / folder).rglob("*.py")
+        path
+        for folder in (ROOT / "codegen", ROOT / "visualhfsm", *ROOT.glob("plugins/*/src"))
+        for path in folder.rglob("*.py")
     ]
     found = [
         f"{path.relative_to(ROOT)}:{call.lineno}"

@@ -6,15 +6,18 @@ import asyncio
 import logging
 import os
 import signal
+import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from codegen.messages import NO_MESSAGE
 from tests.support.coroutines import Loop
 from tests.support.limits import FOREVER
+from tests.support.plugins import without
 from tests.support.processes import children
 from tests.support.pushes import Pushes
 from visualhfsm._base.environment import child_environment
@@ -74,12 +77,13 @@ class Page:
 @pytest.fixture
 def stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have commands that do nothing, which the children find first."""
-    for name, code in (("naoserver_sim", SERVER), ("naoserver", ""), ("ballmover", MOVER)):
+    for name, code in (("naoserver_sim", SERVER), ("visualhfsm_naoqi", ""), ("ballmover", MOVER)):
         package = tmp_path / name
         package.mkdir()
         (package / "__init__.py").touch()
         (package / "__main__.py").write_text(code)
-    (tmp_path / "naoserver" / "naoqi.py").write_text(SERVER)
+    (tmp_path / "visualhfsm_naoqi" / "robot.py").write_text(SERVER)
+    monkeypatch.setitem(sys.modules, "visualhfsm_naoqi", ModuleType("visualhfsm_naoqi"))
     found = child_environment()
     path = os.pathsep.join((str(tmp_path), found["PYTHONPATH"]))
     monkeypatch.setattr(
@@ -107,7 +111,7 @@ async def asking(limits: PartLimits) -> AsyncIterator[Page]:
         yield page
     finally:
         await page.robot.close()
-        assert not [*children("naoserver_sim"), *children("naoserver.naoqi"), *children("ballmover")]
+        assert not [*children("naoserver_sim"), *children("visualhfsm_naoqi.robot"), *children("ballmover")]
 
 
 async def test_a_robot_starts_is_there_and_ends(page: Page) -> None:
@@ -236,7 +240,7 @@ class TestRealRobots:
     ) -> None:
         await page.robot.connect(address, start, lambda: None)
         assert (page.shown.started, page.shown.name) == ("real", address)
-        (server,) = children("naoserver.naoqi")
+        (server,) = children("visualhfsm_naoqi.robot")
         assert options <= {*server.cmdline()}
 
     @pytest.mark.parametrize(
@@ -255,6 +259,14 @@ class TestRealRobots:
         with pytest.raises(VisualHfsmError, match="is not a robot address"):
             await page.robot.connect(address, "stand", lambda: None)
 
+    async def test_without_the_plug_in_the_page_is_told_what_installs_it(self, page: Page) -> None:
+        with (
+            without("visualhfsm_naoqi"),
+            pytest.raises(VisualHfsmError, match=r"pip install 'visualhfsm\[naoqi\]'"),
+        ):
+            await page.robot.connect("nao.local", "leave", lambda: None)
+        assert page.shown == Robot()
+
     async def test_nothing_may_start_while_one_is_connected_and_none_is_while_something_runs(
         self, page: Page
     ) -> None:
@@ -266,7 +278,7 @@ class TestRealRobots:
         page.robot.require_connected()
 
         def refuse() -> None:
-            assert not children("naoserver.naoqi"), "the one before has ended"
+            assert not children("visualhfsm_naoqi.robot"), "the one before has ended"
             raise VisualHfsmError.because("stop walker first")
 
         with pytest.raises(VisualHfsmError, match="stop walker first"):

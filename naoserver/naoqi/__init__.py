@@ -1,7 +1,0 @@
-"""The real robot: an implementation of `naoserver.robot.Robot` over libqi, and the command `naoserver-naoqi`.
-
-Only `libqi` and `_libqi_link` import `qi`; everything else uses `naoserver.hardware.connection`, which keeps
-a link alive and finds a lost robot again. `_robot` prepares the robot at the start, leaves it at the end, and
-combines the parts: `_state` (measurements), `_moves` (joints, walk and postures), `_cameras`, `_expression`
-(lights, voice and sounds).
-"""
