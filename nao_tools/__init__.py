@@ -1,4 +1,8 @@
-"""The command `nao`: inspect a running robot and its programs, and call its servants."""
+"""The command `nao`, for operators: inspect a running robot and its programs, call its servants, stop it.
+
+`deployment` starts the processes of a stack file, or writes units for systemd, and is the router; `doctor`
+finds problems; `security` makes certificates.
+"""
 
 from __future__ import annotations
 

@@ -8,15 +8,22 @@ Module            Contents
 `appearance`      its visible shapes, read from `naoserver.bodies.looks`; the lamps
 `world`, `worlds` the surroundings of the robot, read from files
 `surroundings`    the surroundings in the model
-`model`           a robot and its world, compiled, and the robot put on its feet
-`together`, `share` several robots in one model, and where each of them is in its arrays
+`model`           a robot and its world, compiled; `standing` puts the robot on its feet
+`together`, `share` several robots in one model: one physics, in whose arrays each has a share; each
+                  computes with its own model
 `motors`          setpoints that move at limited speed, stiffness, heat; the gears
 `simulator`       the physics thread, its pace against the wall clock, and its time as a clock
 `senses`          the senses of the robot
-`way`             what moves it over the floor: its base, for `walk` of a Nao, `footsteps` and `wheels`
+`locomotion`      what moves it over the floor: the base of `walk` (fast steps of a Nao), `footsteps` (legs
+                  that hold angles) and `wheels`; `robot` chooses by the type of `body.walk`
 `balance`         the ankles of a Nao that keep it upright, over its `support_polygon`
 `stage`           the scene, read and changed, and as data for viewers
-`cameras`         the camera thread
+`cameras`         the camera thread; `image_sensor` makes its images as imperfect as real ones
 `robot`, `arena`  `SimulatedRobot`, and `Arena` for several in one world
 `command`         the command, for one robot or several
+
+Three activities run in parallel, and none waits for the others: physics, which publishes a snapshot after
+each step; rendering, which copies the state and draws only requested images; and serving, which reads
+snapshots without a lock. The same seed and the same commands at the same times give the same states bit by
+bit. docs/explanation/simulation.md describes models and figures.
 """

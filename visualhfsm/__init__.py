@@ -1,7 +1,23 @@
 """Behaviors of robots as hierarchical state machines: a project of documents, for programs in Python.
 
-`Project` opens documents, which commands such as `AddState` change; docs/how-to/plain-python.md shows it. The
-command `visualhfsm` and the page of the editor stand in the rooms below.
+`Project` opens documents, which commands such as `AddState` change; docs/how-to/plain-python.md shows it. It
+owns the documents of a folder: files, versions, undo, recovery, checks by version, completion, generation,
+proofs and simulation, without web and without asyncio. The page, the command `visualhfsm` and other programs
+are its faces. The rooms, from above:
+
+- `_commands/`: the command `visualhfsm`, and the projects that `new` makes;
+- `testing/`: the plugin for pytest: behaviors in tests, coverage of states and lines, random stimuli;
+- `_editor/`: the server of the page, and the page;
+- `project/`: one object for all faces, with what is open (`_editing/`) and help with code (`_code_help/`);
+- `plugins/`: what plug-ins use of the other rooms;
+- `_processes/`: components, robots and the tests of documents as child processes;
+- `trials/`: a trial of a behavior in virtual time, judged at its end (decision 36);
+- `_monitor/`: running components of the realm: follow, steer, stop, record, replay, and a run as one HTML
+  file;
+- `_drawing/`: an automaton as a picture, and as a page that stands alone;
+- `simulation/`: a document, its component and a robot in virtual time; *Try it*;
+- `_document/`: documents as values: commands, each of which makes a new document from an old one;
+- `_base/`: errors, languages, child processes, HTML files that stand alone.
 """
 
 from __future__ import annotations

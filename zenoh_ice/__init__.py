@@ -1,4 +1,37 @@
-"""Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams."""
+"""Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams.
+
+The rooms, each of which stands on those below it:
+
+- `application/`: what all commands share: settings as options, signals, logs, children, the emergency stop;
+- `objects/`: proxies, servants and the dispatch of calls to them, adapters, streams, presence, the
+  communicator; all but the last know their communicator as a `Home`, a protocol;
+- `routes/`: the choice between the carriers, of calls and their order, and of streams of large values; the
+  calls that servants must not begin any more; the transports that these make;
+- `carriers/`: within the process, over Unix sockets and lent memory, and over Zenoh, side by side: they do
+  not know one another, and Zenoh is imported in one of them alone;
+- `transport.py`: the seam between those above, which stand on any transport, and those below (decision 11);
+- `threads/`, `settings/`: the pool, clocks, and `Limits`, what all parts wait for and how much they keep,
+  which a test passes; a component's settings and their security;
+- `data/`: what travels: values and their encoding, interfaces, exceptions, keys, status; TOML, JSON and
+  MessagePack read by types.
+
+Beside them, `lazy.py` and `plugins.py` import names and plug-ins when they are needed, and `generated.py` has
+what generated code imports.
+
+The key of an operation is `{realm}/{identity}/{operation}`. A Zenoh get on it is the call; where the IDL
+marks the operation `["stream"]`, a subscription to the key yields the same value whenever it changes. Both
+carry the same MessagePack map, whose size is checked first, then its types, both from the IDL. A call takes
+one of three routes: within the process, through a *channel*, which is a Unix socket between processes of one
+user on one machine, or over the network. Large samples have channels, too. The servants' tokens say where
+their sockets are, and every promise holds on every route (decision 33).
+
+`["stop"]` marks the operation that stops everything that an interface commands: a component that ends calls
+it on each of its proxies (decision 1).
+
+Every process is a Zenoh peer that connects to the robot server, and discovers the other processes by gossip.
+Multicast is off, so that a robot is never driven by somebody else's stack; everything listens on loopback
+unless configured otherwise.
+"""
 
 from __future__ import annotations
 

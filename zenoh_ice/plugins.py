@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
 
 KINDS: Final = "visualhfsm.kinds"
-"""The seam of kinds of endpoints: each is a package, of which every part of the core asks for a module."""
+"""The seam of kinds of endpoints: each is a package, of which every part of the core asks for a module.
+
+`documents` says what endpoints of documents mean (`codegen.hfsm.kinds`); `components` has their ends in a
+running component, `names` what generated components import for them, and `options` options of a component's
+command (`hfsm_runtime.kinds`); `graph` says what there is around a robot (`visualhfsm._monitor.graphs`).
+"""
 
 _log = logging.getLogger(__name__)
 

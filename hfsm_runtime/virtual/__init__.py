@@ -1,6 +1,7 @@
 """Run components in virtual time, in one thread: the same way every time, as fast as the processor.
 
-Tests, trials and replays stand on it; it knows neither pytest nor robots.
+Tests, trials and replays stand on it; it knows neither pytest nor robots. `Execution` is what tests, *Try it*
+and other programs use, with servants and proxies of one process.
 """
 
 from __future__ import annotations

@@ -1,7 +1,12 @@
 """The bodies that are known by name: a folder for each robot, with its facts, its motions and its looks.
 
-`bodies.toml` lists them, also for programs that choose among them without reading any. Besides these folders,
-no module spells the name of a joint or of a link.
+`bodies.toml` lists them, also for programs that choose among them without reading any. Each figure in a facts
+file has its source. Besides these folders, no module spells the name of a joint or of a link
+(`tools/lint/body_names.py`).
+
+`parts` are frozen structs, and `body` the whole, read by `facts` and checked by `checks`; `looks` is what
+robots look like, `description` both as JSON, for pages and tools that draw and name any robot, `capabilities`
+what robots can do, `footsteps` the figures of a walk, and `kinematics` computes with a body.
 """
 
 from __future__ import annotations
