@@ -18,6 +18,7 @@ from msgspec import inspect as shapes
 
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
 from codegen.messages import Message
+from tools.workspace import ROOT
 from visualhfsm._base.html_file import STATIC
 from visualhfsm._document.commands import COMMANDS
 from visualhfsm._document.problems import CounterexampleView, StepView
@@ -27,13 +28,12 @@ from visualhfsm._monitor.messages import Push
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm.plugins import ViewPush
 from visualhfsm.project._code_help.protocol import Explanation as NameExplanation
-from visualhfsm_trials._messages import TrialsPush
-from visualhfsm_trials._view import view as trials
 
 __all__ = ["FILE", "TRIALS", "protocol_types", "trials_types"]
 
 FILE: Final = STATIC / "data" / "protocol.d.ts"
-TRIALS: Final = trials.static / "messages.d.ts"
+TRIALS: Final = ROOT / "plugins/trials/src/visualhfsm_trials/static/messages.d.ts"
+"""The types of a plug-in, which a checkout may lack."""
 
 _HEAD: Final = (
     "// Written by `python -m tools.generators.protocol_types` from the types of Python. Do not edit.\n"
@@ -92,6 +92,9 @@ def protocol_types() -> str:
 
 def trials_types() -> str:
     """Return the types of what passes between the page of trials and its view, as TypeScript."""
+    from visualhfsm_trials._messages import TrialsPush
+    from visualhfsm_trials._view import view as trials
+
     writer = _Writer()
     writer.message(TrialsPush, "TrialsPush")
     requests = sorted(trials.requests, key=lambda each: each.__name__)
@@ -297,4 +300,5 @@ def _first_line(kind: type) -> str:
 
 if __name__ == "__main__":
     FILE.write_text(protocol_types(), encoding="utf-8")
-    TRIALS.write_text(trials_types(), encoding="utf-8")
+    if TRIALS.exists():
+        TRIALS.write_text(trials_types(), encoding="utf-8")

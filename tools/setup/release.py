@@ -39,6 +39,10 @@ PLACES: Final = ("e", "Zoë Müller", "it's/a/deep folder")
 """Where the wheel is installed, too: what grading hides from submissions has another order there."""
 
 
+STRANGER: Final = "import glob; raise ValueError(f'sees {glob.glob(\"/packages/site*/visualhfsm*/*\")}')"
+"""What a submission begins with: its walls cover our packages among those that are installed."""
+
+
 class ReleaseError(Exception):
     """The release is not in order."""
 
@@ -174,7 +178,7 @@ def check_editor(programs: Path, folder: Path) -> None:
 
 
 def check_places(wheels: list[Path], python: Path, folder: Path) -> None:
-    """Grade a document that fails at once, for each exercise, where folders of other names have the wheels.
+    """Grade a document that looks for the solutions, for each exercise, where other folders have the wheels.
 
     The packages that it needs are those of the environment of `python`.
     """
@@ -185,13 +189,17 @@ def check_places(wheels: list[Path], python: Path, folder: Path) -> None:
     }
     for name, document in documents.items():
         (folder / name).mkdir(parents=True)
-        text = document.read_text("utf-8").replace("<code>", "<code>raise ValueError\n", 1)
+        text = document.read_text("utf-8").replace("<code>", f"<code>{STRANGER}\n", 1)
         (folder / name / "one.xml").write_text(text, "utf-8")
     for place in PLACES:
         there = install(folder / place, "--no-deps", *map(str, wheels))
         Path(run(there, "-c", site).strip(), "packages.pth").write_text(packages, "utf-8")
         for name in documents:
             run(there, "-m", "visualhfsm", "grade", name, folder / name, cwd=folder)
+            marks = "".join(path.read_text("utf-8") for path in (folder / "marks").glob("*.csv"))
+            if "sees []" not in marks:
+                raise ReleaseError(f"a submission to {name} sees what is installed in {place}: {marks}")
+            shutil.rmtree(folder / "marks")
 
 
 def write_sbom(python: Path, path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -20,8 +21,6 @@ from visualhfsm_classes._seccomp import make_filter
 
 _CORE: Final = Path(codegen.__file__).resolve().parents[1]
 """The folder of the packages of the core."""
-_PLUGINS: Final = Path(__file__).resolve().parents[1]
-"""The folder of ours, and of other plug-ins."""
 _INSIDE: Final = Path("/packages")
 _OURS: Final = _INSIDE / "ours"
 _COMPILER: Final = _INSIDE / "compile.py"
@@ -29,10 +28,12 @@ _PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh
 """The packages that behaviors import, and that compile them: neither the judge nor behaviors of others."""
 _SEAMS: Final = ("codegen.", "hfsm_runtime.")
 """Beginnings of the seams to which plug-ins add what compiles and runs documents."""
-_TOO: Final = ("visualhfsm_ros2", "zenoh_ros2")
-"""The names of others that may be there."""
+_TOO: Final = ("visualhfsm_match", "visualhfsm_ros2", "zenoh_ros2")
+"""The names of others that may be there: documents import the localization on a field, too."""
 _CONTAINED: Final = f"{__package__}/contained"
 """The program that runs the code."""
+_DISTRIBUTIONS: Final = "visualhfsm"
+"""How the names of our distributions begin."""
 _LIBRARIES: Final = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib")
 _FILES: Final = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/usr/share/zoneinfo")
 _SYSTEM: Final = (Path("/usr"), Path("/usr/local"))
@@ -142,7 +143,8 @@ def _seen(python: Path, include: Sequence[Path]) -> dict[Path, Path]:
     for number, site in enumerate(dict.fromkeys([*sites, *_linked(sites)])):
         seen[site] = _INSIDE / f"site{number}"
     seen |= {_CORE / name: _OURS / name for name in _PACKAGES}
-    seen |= {_PLUGINS / name: _OURS / name for name in (_CONTAINED, *_compiling())}
+    seen[Path(__file__).with_name("contained")] = _OURS / _CONTAINED
+    seen |= {folder: _OURS / name for name, folder in _compiling().items()}
     seen[Path(__file__).with_name("_compile.py")] = _COMPILER
     for number, folder in enumerate(include):
         seen[folder] = _INSIDE / f"include{number}"
@@ -150,12 +152,17 @@ def _seen(python: Path, include: Sequence[Path]) -> dict[Path, Path]:
 
 
 @cache
-def _compiling() -> list[str]:
-    """Return the names of plug-ins beside this one that compile or run documents."""
+def _compiling() -> dict[str, Path]:
+    """Return the folders of plug-ins that compile or run documents, by their names."""
     groups = (each for each in importlib.metadata.entry_points().groups if each.startswith(_SEAMS))
     points = (point for group in groups for point in importlib.metadata.entry_points(group=group))
-    names = {*(point.module.partition(".")[0] for point in points), *_TOO}
-    return sorted(name for name in names if (_PLUGINS / name).is_dir())
+    names = sorted({*(point.module.partition(".")[0] for point in points if _is_ours(point.dist)), *_TOO})
+    specs = {name: importlib.util.find_spec(name) for name in names}
+    return {name: Path(spec.origin).resolve().parent for name, spec in specs.items() if spec and spec.origin}
+
+
+def _is_ours(distribution: importlib.metadata.Distribution | None) -> bool:
+    return distribution is not None and distribution.name.partition("-")[0] == _DISTRIBUTIONS
 
 
 def _linked(sites: Sequence[Path]) -> Iterator[Path]:
@@ -167,7 +174,7 @@ def _linked(sites: Sequence[Path]) -> Iterator[Path]:
 
 
 def _covered(seen: Mapping[Path, Path], hidden: Sequence[Path]) -> Iterator[Path]:
-    """Yield the places of folders that are to be empty: what is hidden, and the rest of our distribution."""
+    """Yield the places of folders that are to be empty: what is hidden, and the rest of our distributions."""
     sites = [source for source, place in seen.items() if _is_site(place)]
     hidden_packages = _distributed() - {*_PACKAGES, *_compiling()}
     ours = {site / name for site in sites for name in hidden_packages}
@@ -189,9 +196,9 @@ def _outermost(places: Iterable[Path]) -> list[Path]:
 
 
 def _distributed() -> set[str]:
-    """Return the folders that our distribution installs beside one another, the behaviors among them."""
-    files = importlib.metadata.files("visualhfsm") or []
-    names = {file.parts[0] for file in files if len(file.parts) > 1}
+    """Return the folders that our distributions install beside one another, the behaviors among them."""
+    ours = [each for each in importlib.metadata.distributions() if _is_ours(each)]
+    names = {file.parts[0] for each in ours for file in each.files or () if len(file.parts) > 1}
     return {name for name in names if name.isidentifier()}
 
 
