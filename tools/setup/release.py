@@ -116,7 +116,10 @@ def install(folder: Path, *what: str) -> Path:
     run(sys.executable, "-m", "venv", "--without-pip", folder)
     python = folder / "bin" / "python"
     uv = Path(sys.executable).with_name("uv")
-    run(uv, "pip", "install", "--quiet", "--system-certs", "--python", python, "--find-links", DIST, *what)
+    # It keeps wheels by name and version, and ours are often built anew.
+    new = [f"--refresh-package={each.project['name']}" for each in DISTRIBUTIONS]
+    places = ["--python", str(python), "--find-links", str(DIST)]
+    run(uv, "pip", "install", "--quiet", "--system-certs", *new, *places, *what)
     return python
 
 
