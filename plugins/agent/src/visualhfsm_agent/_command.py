@@ -62,7 +62,7 @@ def agent(
         typer.echo(f"The agent's server is at {address}, token: {token}")
         report_ready("Ctrl-C ends it.")
 
-    documentation = Path(__file__).parents[2] / "docs"
+    root = Path(__file__).parents[4]  # of a checkout
     with closing(Desk(root, settings)) as desk:
-        server = make_server(desk, documentation if documentation.is_dir() else None)
+        server = make_server(desk, [root / "docs", *root.glob("plugins/*/docs")])
         serve_http(server, port, announce) if http else serve_stdio(server)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import wraps
 from pathlib import Path
 from typing import Any, Final
@@ -38,8 +38,8 @@ and line first.
 """
 
 
-def make_server(desk: Desk, documentation: Path | None) -> MCPServer:
-    """Return the server of a desk; `documentation` is the folder with pages, where they are installed."""
+def make_server(desk: Desk, documentation: Iterable[Path]) -> MCPServer:
+    """Return the server of a desk; `documentation` are the folders with pages, where there are some."""
     server: MCPServer = MCPServer("visualhfsm", instructions=_INSTRUCTIONS, log_level="ERROR")
     for tool in (
         *(desk.project, desk.document, desk.interface, desk.robot, desk.picture, desk.camera),
@@ -56,7 +56,7 @@ def make_server(desk: Desk, documentation: Path | None) -> MCPServer:
     @server.resource("visualhfsm://documentation/{name}", mime_type="text/markdown")
     def page(name: str) -> str:
         """Return a page of the documentation, such as automata, motions or testing."""
-        found = {each.stem: each for each in documentation.rglob("*.md")} if documentation else {}
+        found = {page.stem: page for folder in documentation for page in folder.rglob("*.md")}
         return found[name].read_text("utf-8") if name in found else "\n".join(sorted(found))
 
     @server.prompt()

@@ -24,7 +24,7 @@ _PACKAGE: Final = Path(__file__).parent
 def our_exercises() -> Path:
     """Return the folder of the exercises that come with us: in the wheel, or in a checkout."""
     installed = _PACKAGE / "_shipped" / _OURS
-    return installed if installed.is_dir() else _PACKAGE.parents[1] / _OURS
+    return installed if installed.is_dir() else _PACKAGE.parents[3] / _OURS
 
 
 def find_exercise(name: str) -> Path:

@@ -1,24 +1,21 @@
 """The ways of makers' programs into `naoserver-sim`."""
 
-import tomllib
-
 import pytest
 
 from naoserver.errors import RobotError
 from naoserver.serving.entrances import find_entrances
 from naoserver_sim._command import app
 from tests.support.commands import run_here
-from tests.support.places import ROOT
 from tests.support.processes import free_endpoint
+from tools.workspace import EXTRAS
 from visualhfsm_makers import BOOSTER, UNITREE
 
 
 @pytest.mark.parametrize(("maker", "entrance"), [("unitree", UNITREE), ("booster", BOOSTER)])
 def test_naoserver_sim_finds_them(maker, entrance):
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert entrance in find_entrances()
     assert entrance.asked_by == maker
-    assert project["optional-dependencies"][maker] == ["cyclonedds==11.0.1"]
+    assert EXTRAS[maker] == ["visualhfsm-makers"]
 
 
 def test_each_robot_serves_its_makers_programs_in_a_domain_of_its_own():

@@ -204,7 +204,7 @@ def test_terminal_and_page_round_alike() -> None:
     rounding = """
       const {PLUGINS, knowNames} = await import(process.argv[1] + "tests/page/page.js");
       knowNames();
-      const {percent, short} = await import(PLUGINS + "visualhfsm_trials/static/figures.js");
+      const {percent, short} = await import(PLUGINS + "trials/src/visualhfsm_trials/static/figures.js");
       const [numbers, parts] = JSON.parse(process.argv[2]);
       console.log(JSON.stringify([numbers.map(short), parts.map(percent)]));
     """
