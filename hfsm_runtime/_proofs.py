@@ -22,6 +22,7 @@ from codegen import logic
 from ._automaton import Transition
 from ._supervision import Supervision
 from .component import Component, source_of
+from .errors import DefinitionError
 from .observer import Observer
 from .places import locate_frame
 from .tree import Actor, ChangeKind, Tree
@@ -57,7 +58,10 @@ class Proofs(Observer):
         """What no values of their atoms make true."""
         self._unentered: Final = set[_Place]()
         self._unfired: Final = set[_Place]()
-        relied = [logic.from_row(row) for row in component._hfsm_proofs]
+        try:
+            relied = [logic.from_row(row) for row in component._hfsm_proofs]
+        except (KeyError, TypeError):
+            raise DefinitionError("another version generated this component: generate it again") from None
         for each in relied:
             self._keep(each)
 
