@@ -122,8 +122,8 @@ def measure_cycles() -> dict[str, float]:
     here, there = State(id=1, name="a"), State(id=2, name="b")
     both = [when(lambda: False, 1, 2), when(lambda: False, 1, 2)]
     kept: Proofs = (
-        ("event", "go"),
-        *(("guard", 1, 1, each.id, "x", True) for each in both),
+        ("sent", "go", ()),
+        *(("guard", 1, 1, each.id, (("x", True),)) for each in both),
         ("unentered", 1, 2),
         ("property", "stays", "never", 0, False, (1,), ("in", (1, 2))),
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Final, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 Conjunction = tuple[tuple[str, bool], ...]
 """Atoms with their required values; the empty conjunction always holds."""
@@ -16,8 +16,69 @@ Form = tuple[Any, ...]
 """An expression of a property: `("true",)`, `("in", (automaton, state), ...)`, `("active", automaton)`,
 `("finished", automaton)`, or `("not", form)`, `("and", form, ...)`, `("or", form, ...)`."""
 
+
+class Sent(NamedTuple):
+    """An event that comes from code alone, in the cycles in these states of automata."""
+
+    event: str
+    states: tuple[tuple[int, int], ...]
+
+
+class Guard(NamedTuple):
+    """A guard out of a state is a conjunction; its atoms keep their values in a cycle."""
+
+    automaton: int
+    state: int
+    transition: int
+    needs: Conjunction
+
+
+class Link(NamedTuple):
+    """Atoms of guards out of a state never have these values."""
+
+    automaton: int
+    state: int
+    values: Conjunction
+
+
+class Unentered(NamedTuple):
+    """A state that is never entered."""
+
+    automaton: int
+    state: int
+
+
+class Unfired(NamedTuple):
+    """A transition that never fires."""
+
+    automaton: int
+    transition: int
+
+
+class Property(NamedTuple):
+    """A property that holds, `within` ns if not 0; by the times of transitions, if it is timed."""
+
+    name: str
+    kind: str
+    within: int
+    is_timed: bool
+    decided_by: tuple[int, ...]
+    """Automata."""
+    form: Form
+
+
+Relied = Sent | Guard | Link | Unentered | Unfired | Property
+"""One thing that proofs rely on; automata, states and transitions are their ids."""
+
+Row = tuple[Any, ...]
+"""The same as a component keeps it: its name, such as "sent", and what it holds."""
+
+_KINDS: Final[dict[str, Callable[..., Relied]]] = {
+    each.__name__.lower(): each for each in (Sent, Guard, Link, Unentered, Unfired, Property)
+}
+
 PROOFS: Final = "_hfsm_proofs"
-"""The attribute of a component that has what proofs about its document rely on."""
+"""The attribute of a component that has the rows."""
 
 START: Final = '\nif __name__ == "__main__":'
 """What follows the class of a component."""
@@ -28,12 +89,23 @@ _MOST_STEPS: Final = 300
 _Where = TypeVar("_Where")
 
 
-def read_proofs(component: str) -> tuple[Any, ...]:
+def to_row(relied: Relied) -> Row:
+    """Return what a component keeps."""
+    return type(relied).__name__.lower(), *relied
+
+
+def from_row(row: Row) -> Relied:
+    """Return what a component has kept."""
+    kind, *parts = row
+    return _KINDS[kind](*parts)
+
+
+def read_proofs(component: str) -> tuple[Row, ...]:
     """Return what proofs rely on from the text of a component, whose class ends with it; () if nothing."""
     before, _, _ = component.rpartition(START)
     if not before.endswith("\n    )\n\n"):
         return ()
-    rows: tuple[Any, ...] = ast.literal_eval(before.rpartition(f"\n    {PROOFS} = ")[2])
+    rows: tuple[Row, ...] = ast.literal_eval(before.rpartition(f"\n    {PROOFS} = ")[2])
     return rows
 
 

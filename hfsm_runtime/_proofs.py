@@ -1,15 +1,15 @@
 """Check whether what the proofs about a document rely on is so, while its component runs.
 
-A component keeps it as rows, which `codegen/hfsm/model_checker/_relied.py` explains. What is not so is
-reported once for each place, as an error that ends nothing. Nothing is reported after what no proof allows
-for: an exception in code, a pause, a forced transition, a reload, values that somebody set. Events alone
-are checked nevertheless, until somebody sets what the code may read.
+A component keeps it: `codegen.logic.Relied`. What is not so is reported once for each place, an error that
+ends nothing. Nothing is reported after what no proof allows for: an exception in code, a pause, a forced
+transition, a reload, set values. Events alone are checked nevertheless, until what code may read is set.
 """
 
 from __future__ import annotations
 
 import math
 import sys
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from inspect import isfunction
@@ -17,11 +17,12 @@ from itertools import pairwise, takewhile
 from threading import Event as Flag
 from typing import Final
 
-from codegen.logic import Conjunction, Form, predicate, satisfy
+from codegen import logic
 
 from ._automaton import Transition
 from ._supervision import Supervision
 from .component import Component, source_of
+from .errors import DefinitionError
 from .observer import Observer
 from .places import locate_frame
 from .tree import Actor, ChangeKind, Tree
@@ -48,44 +49,51 @@ class Proofs(Observer):
         self._consistent: Final = set[Hashable]()
         """States, with guards evaluated there and what fired: those that do not contradict each other."""
         self.reported: Final[list[str]] = []
-        self._events: Final = set[str]()
-        self._sends: Final = dict[_Place, frozenset[str]]()
-        self._guards: Final = dict[_Place, dict[int, Conjunction]]()
+
+        self._sent: Final = dict[str, tuple[_Place, ...]]()
+        """The states that send an event."""
+        self._guards: Final = defaultdict[_Place, dict[int, logic.Conjunction]](dict)
         """The guards out of a state, by their transitions."""
-        self._links: Final = dict[_Place, list[Conjunction]]()
+        self._links: Final = defaultdict[_Place, list[logic.Conjunction]](list)
         """What no values of their atoms make true."""
-        self._never: Final = set[tuple[object, ...]]()
-        properties: list[_Property] = []
-        for row in component._hfsm_proofs:
-            match row:
-                case "event", name:
-                    self._events.add(name)
-                case "sends", automaton, state, *events:
-                    self._sends[automaton, state] = frozenset(events)
-                case "guard", automaton, state, transition, *literals:
-                    guards = self._guards.setdefault((automaton, state), {})
-                    guards[transition] = tuple(zip(literals[::2], literals[1::2], strict=True))
-                case "link", automaton, state, *literals:
-                    links = self._links.setdefault((automaton, state), [])
-                    links.append(tuple(zip(literals[::2], literals[1::2], strict=True)))
-                case "property", *stated:
-                    properties.append(_Property(tree, *stated))
-                case _:
-                    self._never.add(row)
-        names = ", ".join(f"`{each.name}`" for each in properties)
+        self._unentered: Final = set[_Place]()
+        self._unfired: Final = set[_Place]()
+        try:
+            relied = [logic.from_row(row) for row in component._hfsm_proofs]
+        except (KeyError, TypeError):
+            raise DefinitionError("another version generated this component: generate it again") from None
+        for each in relied:
+            self._keep(each)
+
+        properties = [_Property(tree, each) for each in relied if isinstance(each, logic.Property)]
+        names = ", ".join(f"`{each.stated.name}`" for each in properties)
         self._proof: Final = (
             f"the proof of {names}" if names else f"what is proved of {component._hfsm_document}"
         )
-        if self._guards or self._never:
+        self._has_to_end: Final = any(each.stated.kind == "eventually" for each in properties)
+
+        if self._guards or self._unentered or self._unfired:
             tree.observers.append(self)
         complete = {place for place in self._guards if self._contradict(place, (), self._guards[place])}
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
-        self._comes: Final = [each for each in properties if each.kind == "eventually"]
-        checked = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
+        checked = [each for each in properties if ordered or (each.is_chain and not each.stated.is_timed)]
         self._properties: Final = _Properties(self, tree, checked, ended)
         if checked:
             tree.observers.append(self._properties)
+
+    def _keep(self, relied: logic.Relied) -> None:
+        match relied:
+            case logic.Sent(event, states):
+                self._sent[event] = states
+            case logic.Guard(automaton, state, transition, needs):
+                self._guards[automaton, state][transition] = needs
+            case logic.Link(automaton, state, values):
+                self._links[automaton, state].append(values)
+            case logic.Unentered(automaton, state):
+                self._unentered.add((automaton, state))
+            case logic.Unfired(automaton, transition):
+                self._unfired.add((automaton, transition))
 
     def start(self) -> None:
         """Check the properties in the initial states."""
@@ -101,20 +109,20 @@ class Proofs(Observer):
 
     def arrives(self, event: str) -> None:
         """Note an event from outside; only code is to send some."""
-        if event in self._events:
+        if event in self._sent:
             self.doubt()
 
     def sent(self, event: str, actor: Actor | None) -> None:
         """Check an event that code is about to send, in the cycle of an automaton or outside of cycles."""
-        if event not in self._events or self._is_void:
+        if event not in self._sent or self._is_void:
             return
         with self._tree.lock:  # so that the automaton stays where it is
             if actor is not None and actor.on_duty:
                 place, who = (actor.automaton.id, actor.current.id), f"the state `{actor.current.name}`"
-                is_known = event in self._sends.get(place, ())
+                is_known = place in self._sent[event]
             else:
                 place, who = (0, 0), "code outside of cycles"
-                is_known = any(event in sent for sent in self._sends.values())
+                is_known = bool(self._sent[event])
         if not is_known:
             where = locate_frame(sys._getframe(1), source_of(self._component))
             what = f"{who} sent `{event}`, and the checks found no code there that does"
@@ -122,17 +130,17 @@ class Proofs(Observer):
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Check a state that is entered."""
-        place = "unentered", actor.automaton.id, actor.current.id
-        if place in self._never and kind is ChangeKind.ENTERED:
+        place = actor.automaton.id, actor.current.id
+        if place in self._unentered and kind is ChangeKind.ENTERED:
             what = f"the state `{actor.current.name}` was entered, which the checks call impossible"
-            self.report(actor, place, what)
+            self.report(actor, ("unentered", *place), what)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """Check a transition that fires, and at the guards that let it."""
-        place = "unfired", actor.automaton.id, transition.id
-        if place in self._never:
+        place = actor.automaton.id, transition.id
+        if place in self._unfired:
             what = f"{_name(transition)} fired, which the checks call impossible"
-            self.report(actor, place, what)
+            self.report(actor, ("unfired", *place), what)
         self.compare(actor, at, transition)
 
     def compare(self, actor: Actor, at: int, last: Transition | None = None) -> None:
@@ -157,14 +165,14 @@ class Proofs(Observer):
             what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
             self.report(actor, place, f"{what}: {', '.join(values)}")
 
-    def _contradict(self, place: _Place, held: Conjunction, failed: Iterable[int]) -> bool:
+    def _contradict(self, place: _Place, held: logic.Conjunction, failed: Iterable[int]) -> bool:
         """Return whether guards out of a state can not be so: one that held, and those that did not."""
         refused = [self._guards[place][each] for each in failed]
-        return satisfy(held, [*refused, *self._links.get(place, ())]) is None
+        return logic.satisfy(held, [*refused, *self._links.get(place, ())]) is None
 
     def hangs(self, actor: Actor, where: str) -> None:
         """Report a cycle that does not end, if what is proved to come needs all cycles to."""
-        if self._comes and not (self._is_doubtful or self._supervision.raised):
+        if self._has_to_end and not (self._is_doubtful or self._supervision.raised):
             what = f"the cycle of {actor.automaton.name} in the state `{actor.current.name}` does not end"
             self._report(actor, ("hangs", actor.automaton.id), what, where)
 
@@ -205,22 +213,17 @@ class _Property:
     """
 
     tree: Tree
-    name: str
-    kind: str
-    within: float
-    is_timed: bool
-    decided_by: tuple[int, ...]
-    form: Form
+    stated: logic.Property
     seen: bool = False
 
     def __post_init__(self) -> None:
-        self.within = self.within or math.inf
+        self.within = self.stated.within or math.inf
         self._actors = {each.automaton.id: each for each in self.tree.actors}
-        self.automata = sorted(map(self._actors.__getitem__, self.decided_by), key=lambda a: a.depth)
+        self.automata = sorted(map(self._actors.__getitem__, self.stated.decided_by), key=lambda a: a.depth)
         self.is_chain = all(low.parent is high for high, low in pairwise(self.automata))
-        self.holds: Callable[[None], bool] = predicate(self.form, self._leaf)
+        self.holds: Callable[[None], bool] = logic.predicate(self.stated.form, self._leaf)
 
-    def _leaf(self, form: Form) -> Callable[[None], bool]:
+    def _leaf(self, form: logic.Form) -> Callable[[None], bool]:
         kind, *parts = form
         if kind == "in":
             wanted = [(self._actors[automaton], state) for automaton, state in parts]
@@ -246,7 +249,7 @@ class _Properties(Observer):
         """Note what has come true, if only for a moment."""
         self._next_check = -1.0
         for each in self._properties:
-            if each.kind == "eventually":
+            if each.stated.kind == "eventually":
                 each.seen = each.seen or each.holds(None)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
@@ -268,25 +271,26 @@ class _Properties(Observer):
             self._is_late |= any(each.cycle.overruns for each in self._tree.actors)
             self._next_check = math.inf
             for each in self._properties:
-                if not (self._is_late and each.is_timed):
+                if not (self._is_late and each.stated.is_timed):
                     self._check_one(each, actor, at)
 
-    def _check_one(self, stated: _Property, actor: Actor, at: int) -> None:
-        if stated.kind == "eventually":
-            is_wrong = not stated.seen and at > stated.within
-            stated.seen |= is_wrong
-            if not stated.seen:
-                self._next_check = min(self._next_check, stated.within)
-        elif any(each.in_cycle for each in stated.automata if each is not actor):
+    def _check_one(self, checked: _Property, actor: Actor, at: int) -> None:
+        name, kind, *_ = checked.stated
+        if kind == "eventually":
+            is_wrong = not checked.seen and at > checked.within
+            checked.seen |= is_wrong
+            if not checked.seen:
+                self._next_check = min(self._next_check, checked.within)
+        elif any(each.in_cycle for each in checked.automata if each is not actor):
             self._next_check = -1.0  # when they have ended
             return
         else:
-            is_in_time = max(at, self._proofs.now()) <= stated.within  # a cycle may end long after its time
-            is_wrong = is_in_time and stated.holds(None) is (stated.kind == "never")
+            is_in_time = max(at, self._proofs.now()) <= checked.within  # a cycle may end long after its time
+            is_wrong = is_in_time and checked.holds(None) is (kind == "never")
         if is_wrong:
             where = ", ".join(self._tree.root.paths())
-            what = f"`{stated.name}` does not hold at {at / 1e9:g} s, in {where}"
-            self._proofs.report(actor, ("property", stated.name), what)
+            what = f"`{name}` does not hold at {at / 1e9:g} s, in {where}"
+            self._proofs.report(actor, ("property", name), what)
 
 
 def _is_patched(component: Component) -> bool:

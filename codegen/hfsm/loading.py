@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from ..code_marks import code_at, read_marks
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile, read_regular
+from ..logic import Row
 from ..messages import NO_MESSAGE, Message
 from ..python_layout import GENERATED_BY
 from ..reasons import reason
@@ -26,7 +27,7 @@ from .generator import check_generated, generate
 from .known_interfaces import KnownInterfaces, find_interfaces
 
 if TYPE_CHECKING:
-    from .model_checker import ModelReport, Row  # slow to import, and not needed for generating
+    from .model_checker import ModelReport  # slow to import, and not needed for generating
 
 _HEAD: Final = 4000
 """Characters at the beginning of a component that contain the note from what it was generated."""

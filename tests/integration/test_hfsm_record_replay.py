@@ -609,7 +609,7 @@ def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(path: Path, w
             return [count]
 
     class Proved(Asks, document="watcher.xml"):
-        _hfsm_proofs = (("event", "go"),)
+        _hfsm_proofs = (("sent", "go", ()),)
 
     also = path.with_name("also.mcap")
     record_watcher(Asks, world, path, 0.5)

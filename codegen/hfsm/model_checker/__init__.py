@@ -33,7 +33,6 @@ from ._counterexample import Counterexample as Counterexample
 from ._counterexample import CounterexampleStep as CounterexampleStep
 from ._reachability import Reachability as Reachability
 from ._reachability import WhyNever as WhyNever
-from ._relied import Row as Row
 from ._relied import relied_on as relied_on
 from .expressions import ExpressionError as ExpressionError
 from .properties import PropertyResult as PropertyResult

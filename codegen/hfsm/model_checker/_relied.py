@@ -1,25 +1,11 @@
-"""Say what the proofs about a document rely on; its component keeps it, and the runtime looks.
-
-The result are rows:
-
-| row | what is so |
-|---|---|
-| `"event", "go"` | the event comes from code of the states that follow alone |
-| `"sends", 1, 2, "go", ...` | the only ones of these events that code sends in a state of an automaton |
-| `"guard", 1, 2, 3, "near", True, ...` | a guard out of it is this conjunction; its atoms keep their values |
-| `"link", 1, 2, "near or far", False, "near", True` | atoms of guards out of it never have these values |
-| `"unentered", 1, 4`, `"unfired", 1, 5` | a state is never entered, a transition never fires |
-| `"property", "lamp", kind, within in ns, timed, automata, form` | it holds; if it is timed, by its times |
-
-The automata of a property are those that decide it.
-"""
+"""Say what the proofs about a document rely on; its component keeps it, and the runtime looks."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
-from ...logic import Conjunction, Form
+from ... import logic
 from .._effects import CodeEffects
 from ..document import Text
 from ._checker import QUICK_LIMIT, ModelReport, check_model
@@ -27,13 +13,11 @@ from ._exploration import Budget
 from ._fireability import Fireability, events_of, fireability_of, sent_by
 from .expressions import parse
 from .model import EVENT, AutomatonModel, Model, StateModel, nanoseconds, read_model
-from .properties import Verdict, check_property
+from .properties import PropertyResult, Verdict, check_property
 from .transition_system import TransitionSystem
 
-Row = tuple[object, ...]
 
-
-def relied_on(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
+def relied_on(effects: CodeEffects) -> tuple[list[logic.Row], ModelReport | None]:
     """Return what proofs rely on, and the report of a quick check if the document states properties.
 
     There is none where neither code nor guards decide what automata can do, and nothing is stated.
@@ -43,18 +27,22 @@ def relied_on(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
     events = events_of(model)
     waited_for = {each.event for one in model.automata for each in one.transitions if each.event}
     inner = frozenset() if events.unclear else waited_for - events.outside
-    rows: list[Row] = [("event", event) for event in sorted(inner)]
-    rows += [*_sends(model, inner), *_guards(model)]
-    if not rows and not document.properties:
+    relied: list[logic.Relied] = [*_sent(model, inner), *_guards(model)]
+    if not relied and not document.properties:
         return [], None
     untimed = fireability_of(
         read_model(document, path, effects=effects, untimed=True), events.outside | events.unclear
     )
-    rows += _never(untimed)
-    if not document.properties:
-        return rows, None
-    report = check_model(document, path, limit=QUICK_LIMIT, effects=effects)
-    for result in report.properties:
+    relied += _never(untimed)
+    report = check_model(document, path, limit=QUICK_LIMIT, effects=effects) if document.properties else None
+    relied += _proved(report.properties if report else (), model, untimed)
+    return [logic.to_row(each) for each in relied], report
+
+
+def _proved(
+    results: Iterable[PropertyResult], model: Model, untimed: Fireability
+) -> Iterator[logic.Property]:
+    for result in results:
         if result.verdict is Verdict.HOLDS:
             stated = result.property
             name = " ".join((stated.name or stated.expression.text).split())
@@ -63,29 +51,30 @@ def relied_on(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
             decided_by = tuple(model.automata[index].source.id for index in cone)
             is_timed = check_property(stated, untimed, Budget(QUICK_LIMIT)).verdict is not Verdict.HOLDS
             within, form = nanoseconds(stated.within) or 0, _by_ids(expression.form, model)
-            rows.append(("property", name, stated.kind.strip(), within, is_timed, decided_by, form))
-    return rows, report
+            yield logic.Property(name, stated.kind.strip(), within, is_timed, decided_by, form)
 
 
-def _never(untimed: Fireability) -> Iterator[Row]:
+def _never(untimed: Fireability) -> Iterator[logic.Unentered | logic.Unfired]:
     """Yield the states and transitions that are impossible, of all that is not below such a state."""
     for automaton in untimed.model.automata:
         possible, transitions = untimed.states[automaton.index], untimed.transitions[automaton.index]
         for state in automaton.states if possible else ():
             if state.index not in possible:
-                yield "unentered", automaton.source.id, state.source.id
+                yield logic.Unentered(automaton.source.id, state.source.id)
                 continue
             for each in state.outgoing:
                 if each.index not in transitions:
-                    yield "unfired", automaton.source.id, each.source.id
+                    yield logic.Unfired(automaton.source.id, each.source.id)
 
 
-def _sends(model: Model, events: Collection[str]) -> Iterator[Row]:
+def _sent(model: Model, events: Collection[str]) -> Iterator[logic.Sent]:
+    states = {event: list[tuple[int, int]]() for event in sorted(events)}
     for automaton in model.automata if events else ():
         for state in automaton.states:
-            sent = sent_by(model.effects, _running_in(model, automaton, state)).intersection(events)
-            if sent:
-                yield "sends", automaton.source.id, state.source.id, *sorted(sent)
+            for event in sent_by(model.effects, _running_in(model, automaton, state)).intersection(events):
+                states[event].append((automaton.source.id, state.source.id))
+    for event, senders in states.items():
+        yield logic.Sent(event, tuple(senders))
 
 
 def _running_in(model: Model, automaton: AutomatonModel, state: StateModel) -> Iterator[Text]:
@@ -108,7 +97,7 @@ def _exits(model: Model, state: StateModel) -> Iterator[Text]:
             yield from _exits(model, below)
 
 
-def _guards(model: Model) -> Iterator[Row]:
+def _guards(model: Model) -> Iterator[logic.Guard | logic.Link]:
     """Yield the guards that decide together which of them hold."""
     for automaton in model.automata:
         for state in automaton.states:
@@ -121,16 +110,16 @@ def _guards(model: Model) -> Iterator[Row]:
             for each, _ in literals:
                 del uses[f"{EVENT}{each.event}"]
             ids = automaton.source.id, state.source.id
-            linked = dict[Conjunction, None]()
+            linked = dict[logic.Conjunction, None]()
             for each, needs in literals:
                 if any(uses[atom] > 1 for atom in each.atoms):
-                    yield "guard", *ids, each.source.id, *(part for literal in needs for part in literal)
+                    yield logic.Guard(*ids, each.source.id, tuple(needs))
                     linked |= dict.fromkeys(each.links)
             for link in linked:
-                yield "link", *ids, *(part for literal in link for part in literal)
+                yield logic.Link(*ids, link)
 
 
-def _by_ids(form: Form, model: Model) -> Form:
+def _by_ids(form: logic.Form, model: Model) -> logic.Form:
     """Return an expression by the ids of automata and states."""
     kind, *parts = form
     if kind == "in":

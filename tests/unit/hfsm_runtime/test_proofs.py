@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from codegen.logic import PROOFS
 from hfsm_runtime import VirtualRun
 from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.errors import DefinitionError
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from hfsm_runtime.virtual.errors import BehaviorFailed
@@ -224,6 +226,14 @@ def test_a_state_in_which_a_run_begins_is_not_called_impossible(path: Path, tmp_
     run.advance(SECONDS)
     assert run.active == "run"
     assert not run.errors
+
+
+@pytest.mark.parametrize("row", [("event", "go"), ("guard", 1, 1, 1, "near", True)], ids=lambda row: row[0])
+def test_a_component_of_another_version_does_not_start(row: tuple[object, ...], tmp_path: Path) -> None:
+    component = load(compile_to(tmp_path, ALL["code"].text))
+    vars(component)[PROOFS] = (row,)
+    with pytest.raises(DefinitionError, match="generate it again"):
+        VirtualRun(component)
 
 
 def test_what_is_reported_names_the_line_and_the_properties(

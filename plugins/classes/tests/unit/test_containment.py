@@ -60,7 +60,7 @@ def test_a_proof_that_is_wrong_fails_a_contained_trial(
         assert run_trial(plan, 1, simulate=containment.simulate).success
         monkeypatch.setattr(
             "visualhfsm_classes._containment.read_proofs",
-            lambda text: tuple(row for row in read_proofs(text) if row[0] != "sends"),
+            lambda text: tuple(("sent", row[1], ()) for row in read_proofs(text) if row[0] == "sent"),
         )
         contained = run_trial(plan, 1, simulate=containment.simulate)
     assert "asks.xml is wrong here: the state `ask` sent `go`" in contained.reason

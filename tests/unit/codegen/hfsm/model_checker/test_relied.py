@@ -30,11 +30,13 @@ def test_the_events_of_a_state_are_those_of_all_code_that_runs_in_it() -> None:
             *(on(event, 2, 3, id=number) for number, event in enumerate(("left", "asked", "fired"), 10)),
         ],
     )
-    sends = [row for row in rows(document(above, below)) if row[0] == "sends"]
-    assert sends == [
-        ("sends", 1, 1, "fired", "go", "left"),
-        ("sends", 1, 2, "asked", "back"),
-        ("sends", 2, 1, "left"),
+    sent = [row for row in rows(document(above, below)) if row[0] == "sent"]
+    assert sent == [
+        ("sent", "asked", ((1, 2),)),
+        ("sent", "back", ((1, 2),)),
+        ("sent", "fired", ((1, 1),)),
+        ("sent", "go", ((1, 1),)),
+        ("sent", "left", ((1, 1), (2, 1))),
     ]
 
 
@@ -55,8 +57,8 @@ def test_guards_are_kept_that_decide_together_and_keep_their_value() -> None:
     ]
     found = rows(document(automaton(1, states, transitions)))
     assert [row for row in found if row[0] == "guard"] == [
-        ("guard", 1, 1, 1, "n > 0", True),
-        ("guard", 1, 1, 2, "n > 0", False, "m > 0", True),
+        ("guard", 1, 1, 1, (("n > 0", True),)),
+        ("guard", 1, 1, 2, (("n > 0", False), ("m > 0", True))),
     ]
 
 
@@ -66,11 +68,11 @@ def test_links_are_kept_of_guards_that_consist_of_others() -> None:
     variables = Text("n = m = k = 1")
     found = rows(document(automaton(1, states, transitions, variables=variables)))
     assert [row for row in found if row[0] in ("guard", "link")] == [
-        ("guard", 1, 1, 1, "n or m", True),
-        ("guard", 1, 1, 2, "n", False),
-        ("link", 1, 1, "n", False, "m", False, "n or m", True),
-        ("link", 1, 1, "n or m", False, "n", True),
-        ("link", 1, 1, "n or m", False, "m", True),
+        ("guard", 1, 1, 1, (("n or m", True),)),
+        ("guard", 1, 1, 2, (("n", False),)),
+        ("link", 1, 1, (("n", False), ("m", False), ("n or m", True))),
+        ("link", 1, 1, (("n or m", False), ("n", True))),
+        ("link", 1, 1, (("n or m", False), ("m", True))),
     ]
 
 
