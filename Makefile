@@ -143,7 +143,7 @@ format: $(VENV)/dev.stamp ## Format the code
 	@! command -v npm >/dev/null || { $(MAKE) --no-print-directory tests/page/node_modules/.stamp && npm run --silent --prefix tests/page format; }
 
 bench: $(VENV)/bench.stamp system browser ## Measure the figures and print them as tables
-	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
+	@for script in benchmarks/bench_*.py plugins/*/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
 
 bench-transport: $(VENV)/bench.stamp ## Measure calls and streams beside Ice, some minutes
 	@$(BIN)/python benchmarks/bench_transport.py

@@ -16,6 +16,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Final, get_args
@@ -304,9 +305,10 @@ def pushes() -> str:
     from visualhfsm._editor import protocol
     from visualhfsm._monitor import messages as services
     from visualhfsm._processes import test_results as tests
-    from visualhfsm_trials import _messages as trials
 
-    modules = (protocol, services, tests, trials)
+    modules = [protocol, services, tests]
+    if find_spec("visualhfsm_trials"):
+        modules.append(importlib.import_module("visualhfsm_trials._messages"))
     kinds = [each for module in modules for each in vars(module).values() if _is(each, services.Push)]
     return _messages([each for each in dict.fromkeys(kinds) if each is not services.Push])
 

@@ -15,7 +15,6 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tools.gallery.scenes import BEHAVIORS, EXERCISES, GOALS, ROOT, SHELF, Scene
 from visualhfsm.project._editing.shelf import Shelves
-from visualhfsm_classes._exercise import SOLUTION, read_exercise
 
 PAGE: Final = ROOT / "docs/gallery.md"
 PICTURES: Final = ROOT / "docs/pictures/gallery"
@@ -56,6 +55,8 @@ class Entry(NamedTuple):
 
 def entries() -> Iterator[Entry]:
     """Yield all, in the order of the page."""
+    from visualhfsm_classes._exercise import SOLUTION, read_exercise
+
     score = ROOT / "behaviors/score.xml"
     for body, goal in {"H25": BEHAVIORS["score"], **GOALS}.items():
         name = "score" if body == "H25" else f"score_{body}"

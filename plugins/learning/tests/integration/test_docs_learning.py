@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from tests.support.pages import Block, blocks_of
 from tests.support.places import ROOT
-from tests.support.processes import REPOSITORY
 from visualhfsm_learning import ENVIRONMENTS
 
 pytestmark = pytest.mark.sim
@@ -22,7 +22,7 @@ def example(name: str, monkeypatch: pytest.MonkeyPatch, **smaller: object) -> Mo
     """Load one of the examples, with constants that make it shorter."""
     module = ModuleType(name)
     monkeypatch.setitem(sys.modules, name, module)
-    exec((REPOSITORY / "examples" / f"{name}.py").read_text("utf-8"), vars(module))
+    exec((Path(__file__).parents[2] / "examples" / f"{name}.py").read_text("utf-8"), vars(module))
     for constant, value in smaller.items():
         assert isinstance(getattr(module, constant), type(value))
         monkeypatch.setattr(module, constant, value)

@@ -86,7 +86,7 @@ def mean_of(numbers: Sequence[float], bounds: tuple[float, float] = UNBOUNDED) -
     order statistics. The end is the bound, or two spacings beyond the last number, where Robson and Whitlock
     take it to be with a confidence of 2/3. Of two values it is Clopper and Pearson's, up to chance. From
     `SMALL` numbers on, the bootstrap-t makes it narrower, whose ends fly off for fewer. The same numbers give
-    the same interval; benchmarks/bench_trials.py says how often it holds the mean.
+    the same interval; plugins/trials/benchmarks/bench_trials.py says how often it holds the mean.
 
     Sources: N. Gaffke, "Three test statistics for a nonparametric one-sided hypothesis on the mean of a
     nonnegative variable", Mathematical Methods of Statistics 14 (2005); D. Robson and J. Whitlock,

@@ -116,7 +116,7 @@ def test_the_interval_of_two_values_is_that_of_clopper_and_pearson(count: int, o
 @pytest.mark.parametrize("count", [5, 10])
 @pytest.mark.parametrize("draw", ["normal", "exponential"])
 def test_intervals_of_few_numbers_hold_the_mean_nine_times_of_ten(draw: str, count: int) -> None:
-    # of 2,000 draws 92 and 93 % of five, 96 and 94 % of ten: benchmarks/bench_trials.py
+    # of 2,000 draws 92 and 93 % of five, 96 and 94 % of ten: plugins/trials/benchmarks/bench_trials.py
     random = np.random.default_rng(8)
     times = repeated(400, soak=4000)
     held = 0

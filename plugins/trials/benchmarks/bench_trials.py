@@ -13,7 +13,7 @@ mean gets an interval, `held` the part of these intervals with the true mean. No
 number can be. A rate is counted exactly: of every number of successes that there can be, with true rates from
 1 to 99 %.
 
-    python benchmarks/bench_trials.py [--all] [--draws 5000] [PART...]
+    python plugins/trials/benchmarks/bench_trials.py [--all] [--draws 5000] [PART...]
 """
 
 from __future__ import annotations

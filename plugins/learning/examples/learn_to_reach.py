@@ -1,7 +1,9 @@
 """Let a simulated Nao learn to bring its left hand where it is wanted, by nothing but trying.
 
 An evolution strategy: a policy with 30 numbers, small changes of it tried in pairs, and a step towards those
-that were paid better. `python examples/learn_to_reach.py [ROUNDS]`; 40 rounds take about a minute.
+that were paid better. 40 rounds take about a minute.
+
+    python plugins/learning/examples/learn_to_reach.py [ROUNDS]
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A robot without physics is served as NAOqi in one process, and `naoserver-naoqi`
 is the client of both, over loopback. Required are less than 0.5 ms added to a plain call of libqi, less than
 5 % lost images of 640x480 at 30 images/s, and that a lost robot is reported within 1 s.
 
-    python benchmarks/bench_naoqi.py [--calls 1000] [--seconds 10]
+    python plugins/naoqi/benchmarks/bench_naoqi.py [--calls 1000] [--seconds 10]
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One of the two nodes of benchmarks/bench_ros2.py, of our library or of genuine rclpy; prints JSON.
+"""One of the two nodes of bench_ros2.py, of our library or of genuine rclpy; prints JSON.
 
 Arguments: the library (`ours` or `genuine`), the task, the side (`a` or `b`), how many messages, and the port
 of loopback where our nodes meet.

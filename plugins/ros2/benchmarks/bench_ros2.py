@@ -14,7 +14,7 @@ of rmw_zenoh open in groups, each with a new gateway. Each waits for /joint_stat
 other node of its group. Without a router, nodes connect to the robot server: they find the robot, but not
 each other.
 
-    python benchmarks/bench_ros2.py [--quick] [--seconds 10] [--nodes 50] [--without-router] [PART...]
+    python plugins/ros2/benchmarks/bench_ros2.py [--quick] [--seconds 10] [--nodes 50] [--without-router] [PART]
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ import sys
 import time
 from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 import psutil
@@ -68,7 +69,7 @@ def measure_pair(library: str, task: str, number: int) -> list[dict[str, Any]]:
     python = sys.executable if library == "ours" else str(peers_folder() / "bin" / "python")
     port = str(free_port())
     environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_LOCALHOST_ONLY": "1"}
-    script = str(ROOT / "benchmarks" / "ros2_node.py")
+    script = str(Path(__file__).with_name("ros2_node.py"))
     sides = [
         subprocess.Popen(
             [python, script, library, task, side, str(number), port],

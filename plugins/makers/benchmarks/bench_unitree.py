@@ -3,7 +3,7 @@
 Prints how many low states a program with the maker's package gets, how long it takes from a low command to
 its torque in a low state, and how long an emergency stop takes beside a program that floods both doors.
 
-    python benchmarks/bench_unitree.py [--seconds 10] [--stops 100]
+    python plugins/makers/benchmarks/bench_unitree.py [--seconds 10] [--stops 100]
 """
 
 from __future__ import annotations

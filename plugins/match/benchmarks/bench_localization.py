@@ -5,7 +5,7 @@ odometry alone: that of a robot that was put down exactly, that of one put down 
 that of one whose odometry slips more than the simulated one does: 10 % of each way, 5 % of each turn, and
 3 degrees in a meter.
 
-    python benchmarks/bench_localization.py [--seeds 8] [--seconds 30]
+    python plugins/match/benchmarks/bench_localization.py [--seeds 8] [--seconds 30]
 """
 
 from __future__ import annotations
