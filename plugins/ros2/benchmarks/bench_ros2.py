@@ -14,7 +14,7 @@ of rmw_zenoh open in groups, each with a new gateway. Each waits for /joint_stat
 other node of its group. Without a router, nodes connect to the robot server: they find the robot, but not
 each other.
 
-    python plugins/ros2/benchmarks/bench_ros2.py [--quick] [--seconds 10] [--nodes 50] [--without-router] [PART]
+    python plugins/ros2/benchmarks/bench_ros2.py [--quick] [--seconds 10] [--nodes 50] [PART...]
 """
 
 from __future__ import annotations
