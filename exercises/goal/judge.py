@@ -17,13 +17,17 @@ def scored_at(run):
     return None
 
 
+def has_played(run):
+    """Return whether it began to kick."""
+    return any(call.error is None for call in run.calls("Motions.play"))
+
+
 def kicks(run):
     far = max(
         (math.dist(before.things["Ball"][:2], after.things["Ball"][:2]), after.time)
         for before, after in zip(run.moments, run.moments[10:])
     )
-    played = any(call.error is None for call in run.calls("Motions.play"))
-    return float(played and far[0] > KICKED), {
+    return float(has_played(run) and far[0] > KICKED), {
         "en": f"moves the ball by up to {far[0]:.2f} m within a second; asked: a kick, more than {KICKED} m",
         "es": f"mueve el balón hasta {far[0]:.2f} m en un segundo; se pide: un chut, más de {KICKED} m",
     }
@@ -59,6 +63,8 @@ def notices(run):
 def upright(run):
     if run.fell is not None:
         return 0.0, {"en": f"falls after {run.fell:.1f} s", "es": f"se cae a los {run.fell:.1f} s"}
+    if not has_played(run):
+        return 0.0, {"en": "never begins to kick", "es": "no empieza nunca a chutar"}
     walked = max(math.dist(run.moments[0].place, moment.place) for moment in run.moments)
     return float(walked > 0.1), {
         "en": f"does not fall, and walks {walked:.1f} m",
