@@ -42,7 +42,7 @@ from websockets.sync.client import ClientConnection, connect
 from benchmarks.common import parts, percentile
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, JointState, PosturesPrx, SafetyPrx
-from tests.support.naoqi import connected
+from plugins.naoqi.tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, SystemException, ZenohIceError, initialize
 

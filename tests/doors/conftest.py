@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -70,7 +71,8 @@ def fake() -> Iterator[ServedRobot]:
 
 @pytest.fixture(scope="package", autouse=True)
 def simulated() -> Iterator[ServedRobot]:
-    """A Nao in MuJoCo, which is a NAOqi, too."""
+    """A Nao in MuJoCo, which is a NAOqi, too, where that is there."""
     pytest.importorskip("mujoco")
-    with _served("naoserver_sim", "--qi", "tcp://127.0.0.1:0") as robot:
+    naoqi = ("--qi", "tcp://127.0.0.1:0") if find_spec("visualhfsm_naoqi") and find_spec("qi") else ()
+    with _served("naoserver_sim", *naoqi) as robot:
         yield robot

@@ -54,12 +54,13 @@ def test_a_velocity_of_ros_drives_the_walk_and_silence_stops_it(fake: ServedRobo
         eventually(lambda: commanded() == (0.0, 0.0, 0.0))
 
 
+@needs("visualhfsm_naoqi")
 @pytest.mark.promise(
     "the simulated Nao, G1 and T1 answer programs that were written for their makers' packages"
 )
 def test_a_program_of_naoqi_turns_the_head_and_memory_reports_it(simulated: ServedRobot) -> None:
     pytest.importorskip("qi", reason="libqi has no package for this Python")
-    from tests.support.naoqi import connected, eventually_near
+    from plugins.naoqi.tests.support.naoqi import connected, eventually_near
 
     url = simulated.process.wait_for(r"(tcp://127\.0\.0\.1:\d+)")[1]
     with connected(url) as session:

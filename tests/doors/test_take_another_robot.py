@@ -11,6 +11,7 @@ import pytest
 from tests.doors.conftest import printed
 from tests.support.pages import blocks_of
 from tests.support.places import ROOT
+from tests.support.plugins import OWN_ROBOTS
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.reader import commands_of
 from visualhfsm.testing import MakeBehavior
@@ -30,6 +31,7 @@ def test_it_turns_its_camera_to_the_ball(behavior: MakeBehavior, body: str) -> N
     assert not b.robot.state.fallen
 
 
+@OWN_ROBOTS
 @pytest.mark.gl
 @pytest.mark.promise("or your own from its URDF or MJCF")
 def test_a_model_alone_is_served_and_taken_for_what_the_page_says(tmp_path: Path) -> None:

@@ -101,6 +101,7 @@ def test_a_property_that_does_not_hold_has_the_counterexample_that_is_shown() ->
 
 
 @needs("visualhfsm_trials")
+@needs("visualhfsm_trials")
 @pytest.mark.promise("run a hundred trials and see what success depends on")
 def test_a_series_of_trials_is_kept_shown_and_not_computed_twice(tmp_path: Path) -> None:
     (tmp_path / "follow_ball.xml").write_bytes((ROOT / "behaviors" / "follow_ball.xml").read_bytes())

@@ -20,6 +20,7 @@ from tests.doors.conftest import ServedRobot
 from tests.support.limits import END_LIMIT, MOVE_LIMIT, RUN_LIMIT
 from tests.support.nao_command import at, nao
 from tests.support.places import ROOT
+from tests.support.plugins import needs
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually
 from tests.support.security import Keys
@@ -30,11 +31,12 @@ from zenoh_ice import initialize
 YAW = H25.joint_names.index("HeadYaw")
 
 
+@needs("visualhfsm_naoqi")
 @pytest.mark.promise("**Use a real Nao")
 def test_joints_go_where_they_are_sent_and_the_robot_reports() -> None:
     """By genuine libqi, with a fake robot in a separate process, which is served as NAOqi."""
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from tests.support.naoqi import call, connect_patiently
+    from plugins.naoqi.tests.support.naoqi import call, connect_patiently
     from visualhfsm_naoqi.robot._link import RobotAddress
     from visualhfsm_naoqi.robot._robot import NaoqiRobot
 

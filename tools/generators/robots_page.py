@@ -64,7 +64,7 @@ def _surveyed(robot: Robot) -> dict[str, str]:
 
 
 def _surveyed_through_naoqi() -> dict[str, str]:
-    from tests.support.naoqi import connect_patiently
+    from plugins.naoqi.tests.support.naoqi import connect_patiently
     from visualhfsm_naoqi.robot._link import RobotAddress
     from visualhfsm_naoqi.robot._robot import NaoqiRobot
 

@@ -14,8 +14,8 @@ from naoserver.errors import RobotError
 from naoserver.hardware.connection import HardwareLimits
 from naoserver.hardware.serving import serve_hardware
 from naoserver.safety.latch import latch_of
+from plugins.naoqi.tests.support.naoqi import call, connect_patiently
 from tests.support.limits import CALL_LIMIT
-from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from visualhfsm_naoqi.robot._libqi_link import connect

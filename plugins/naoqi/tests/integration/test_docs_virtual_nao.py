@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("qi")
 
+from plugins.naoqi.tests.support.naoqi import connected
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
-from tests.support.naoqi import connected
 from tests.support.pages import blocks_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, module

@@ -15,10 +15,10 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
+from plugins.naoqi.tests.support.naoqi import call
 from plugins.naoqi.tests.support.robots import fake_as_naoqi
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.naoqi import call
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import eventually, wait_for
 from visualhfsm_naoqi.robot._command import app, parse_address

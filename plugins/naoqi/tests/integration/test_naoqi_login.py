@@ -13,8 +13,8 @@ import pytest
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver.hardware.connection import LinkLost
+from plugins.naoqi.tests.support.naoqi import call
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
-from tests.support.naoqi import call
 from tests.support.processes import ComponentProcess, module
 from visualhfsm_naoqi.robot._libqi_link import connect
 from visualhfsm_naoqi.robot._link import RobotAddress

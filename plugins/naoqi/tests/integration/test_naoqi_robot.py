@@ -7,8 +7,8 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from contextlib import closing
 
 from naoserver.hardware.connection import CallFailed, LinkLost
+from plugins.naoqi.tests.support.naoqi import call, connect_patiently
 from tests.support.limits import CALL_LIMIT
-from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
 from visualhfsm_naoqi.robot._libqi_link import connect

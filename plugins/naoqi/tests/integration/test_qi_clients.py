@@ -17,8 +17,8 @@ from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import JobThreads
 from naoserver.serving.assembly import Assembly
+from plugins.naoqi.tests.support.naoqi import connected
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
-from tests.support.naoqi import connected
 from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing

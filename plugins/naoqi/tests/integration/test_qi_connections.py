@@ -12,8 +12,8 @@ import pytest
 pytest.importorskip("qi")
 
 from plugins.naoqi.tests.support.messages import CALL, ERROR, POST, REPLY, Line, Message, text
+from plugins.naoqi.tests.support.naoqi import connected
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
-from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
 from visualhfsm_naoqi.programs._clients import Call, CallTable, Client, QiLimits

@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
-from tests.support.naoqi import connected
+from plugins.naoqi.tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
 

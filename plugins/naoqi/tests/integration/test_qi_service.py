@@ -16,9 +16,9 @@ pytest.importorskip("qi")
 import qi
 
 from naoserver.errors import RobotError
+from plugins.naoqi.tests.support.naoqi import connected, eventually_near
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
-from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.waiting import until
 from visualhfsm_naoqi.programs.__main__ import app

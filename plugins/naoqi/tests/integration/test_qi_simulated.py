@@ -6,7 +6,7 @@ pytest.importorskip("qi")
 
 from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx, ScenePrx
 from naoserver.bodies.nao import H21, H25
-from tests.support.naoqi import connected, eventually_near
+from plugins.naoqi.tests.support.naoqi import connected, eventually_near
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 

@@ -45,7 +45,7 @@ def naoqi(body: Body = H25) -> Iterator[Robot]:
     contract says, orders and reports pass through threads and sockets.
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    from tests.support.naoqi import connect_patiently
+    from plugins.naoqi.tests.support.naoqi import connect_patiently
 
     with fake_as_naoqi(body) as url:
         address, limits = RobotAddress.parse(url), HardwareLimits(period=0.05)
