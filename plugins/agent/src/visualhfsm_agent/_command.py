@@ -62,7 +62,7 @@ def agent(
         typer.echo(f"The agent's server is at {address}, token: {token}")
         report_ready("Ctrl-C ends it.")
 
-    root = Path(__file__).parents[4]  # of a checkout
+    checkout = Path(__file__).parents[4]
     with closing(Desk(root, settings)) as desk:
-        server = make_server(desk, [root / "docs", *root.glob("plugins/*/docs")])
+        server = make_server(desk, [checkout / "docs", *checkout.glob("plugins/*/docs")])
         serve_http(server, port, announce) if http else serve_stdio(server)
