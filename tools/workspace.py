@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-__all__ = ["CORE", "DISTRIBUTIONS", "EXTRAS", "PLUG_INS", "ROOT", "Distribution"]
+__all__ = ["CORE", "DISTRIBUTIONS", "EXTRAS", "PLUG_INS", "ROOT", "WHOLE", "Distribution"]
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 
@@ -53,3 +53,7 @@ PLUG_INS: Final = [_read(path.parent) for path in sorted(ROOT.glob("plugins/*/py
 DISTRIBUTIONS: Final = [CORE, *PLUG_INS]
 EXTRAS: Final[dict[str, list[str]]] = CORE.settings["tool"]["hatch"]["metadata"]["hooks"]["custom"]["extras"]
 """What each extra of the core asks for, with plug-ins as `visualhfsm-NAME`."""
+WHOLE: Final = all(
+    (ROOT / name).exists() for name in tomllib.loads((ROOT / "weights.toml").read_text("utf-8"))["python"]
+)
+"""Whether the checkout has every plug-in: who deletes the folder of one keeps a core whose checks hold."""

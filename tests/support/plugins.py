@@ -11,9 +11,18 @@ from typing import Final
 
 import pytest
 
+from tools.workspace import WHOLE
 from zenoh_ice import plugins
 
-__all__ = ["OLD_DOCUMENTS", "OWN_ROBOTS", "installed", "needs", "without", "write_distribution"]
+__all__ = [
+    "OF_THE_WHOLE",
+    "OLD_DOCUMENTS",
+    "OWN_ROBOTS",
+    "installed",
+    "needs",
+    "without",
+    "write_distribution",
+]
 
 
 def needs(plug_in: str) -> pytest.MarkDecorator:
@@ -21,6 +30,8 @@ def needs(plug_in: str) -> pytest.MarkDecorator:
     return pytest.mark.skipif(find_spec(plug_in) is None, reason=f"needs the plug-in {plug_in}")
 
 
+OF_THE_WHOLE: Final = pytest.mark.skipif(not WHOLE, reason="compares pages with all plug-ins")
+"""Marks tests of what the whole repository has, which a checkout without some plug-in lacks."""
 OLD_DOCUMENTS: Final = needs("visualhfsm_old_documents")
 """Marks tests of documents that may be those of other editors."""
 OWN_ROBOTS: Final = needs("visualhfsm_own_robots")

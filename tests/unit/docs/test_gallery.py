@@ -12,6 +12,7 @@ from tests.support.processes import REPOSITORY
 from tests.support.programs import app_of, take
 from tools.gallery.page import PICTURES, Entry, entries
 
+pytest.importorskip("visualhfsm_classes", reason="the page shows exercises")
 ENTRIES = list(entries())
 MOST_BYTES = 3_000_000
 """Of all pictures together: a page that is looked at over a slow network."""

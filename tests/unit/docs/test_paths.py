@@ -11,6 +11,7 @@ import pytest
 
 from tests.support.pages import DOCS
 from tests.support.places import ROOT
+from tests.support.plugins import OF_THE_WHOLE
 
 _TABLE: Final = re.compile(r"(?P<before>[^\n]*)\n\n(?P<rows>(?:\|.*\n)+)")
 _PATH: Final = re.compile(r"`((?:[\w.-]+/)*(?:[\w-]+\.(?:py|js|toml|idl|xml|md|json|sh)|[\w.-]+/))`")
@@ -44,6 +45,7 @@ def there() -> set[str]:
     return {"/".join(path.parts[begin:]) for path in whole for begin in range(len(path.parts))}
 
 
+@OF_THE_WHOLE
 @pytest.mark.parametrize("page", sorted(DOCS.glob("decisions/0*.md")), ids=lambda page: page.stem)
 def test_what_a_decision_names_is_there_or_is_said_to_be_gone(page: Path, there: set[str]) -> None:
     """A page ends with the names that are gone, and in brackets those that they have now."""

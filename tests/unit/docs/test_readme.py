@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.pages import DOCS, pages
+from tests.support.plugins import OF_THE_WHOLE
 from tests.support.processes import REPOSITORY
 from tests.support.programs import PROGRAMS, app_of, expand, take
 
@@ -52,6 +53,7 @@ def take_line(line: str) -> None:
     take(app_of(program), program, expand(words, Path()))
 
 
+@OF_THE_WHOLE
 def test_commands_in_the_text_of_tutorials_and_how_tos_are_taken(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from codegen.hfsm._checks.component import STANDARD_OPTIONS
 from tests.support.codegen_command import codegen
 from tests.support.pages import DOCS, blocks_of
-from tests.support.plugins import needs
+from tests.support.plugins import OF_THE_WHOLE, needs
 from visualhfsm._commands.app import app
 from visualhfsm.testing import MakeBehavior, strategies
 
@@ -74,6 +74,7 @@ def test_every_option_is_explained(pytester: pytest.Pytester) -> None:
     assert [option for option in options if option not in TESTING] == []
 
 
+@OF_THE_WHOLE
 def test_the_table_has_every_standard_option() -> None:
     hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
     shown = "\n".join([hooks.component(), *hooks.shared_options(), "--help"])

@@ -14,7 +14,7 @@ import typer
 from codegen._idl.report import Code as InterfaceCode
 from codegen.hfsm.codes import Code as DocumentCode
 from tests.support.pages import DOCS, pages
-from tests.support.plugins import needs
+from tests.support.plugins import OF_THE_WHOLE, needs
 from tools.workspace import DISTRIBUTIONS
 from visualhfsm._document.commands import COMMANDS
 from visualhfsm._editor.protocol import Request
@@ -85,6 +85,7 @@ def test_every_code_is_listed_once() -> None:
     assert first_column(hooks.diagnostics()) == [*InterfaceCode, *DocumentCode]
 
 
+@OF_THE_WHOLE
 def test_every_message_is_listed() -> None:
     requests = {each.__struct_config__.tag: each for each in get_args(Request)}
     rows = dict(re.findall(r"^\| `(\w+)` \|(.*?)\|", hooks.requests(), re.MULTILINE))

@@ -87,9 +87,9 @@ def test_where_only_ascii_is_known_a_folder_with_other_letters_keeps_python_from
 ) -> None:
     monkeypatch.setattr("site.getsitepackages", lambda: [str(tmp_path)])
     (tmp_path / "ours.pth").write_text("/home/anna/visualhfsm\n", "utf-8")
-    assert reported(check_installation(), Level.NOTE) == []
+    assert [each for each in reported(check_installation(), Level.NOTE) if "ours.pth" in each] == []
     (tmp_path / "ours.pth").write_text("/home/añna/visualhfsm\n", "utf-8")
-    (text,) = reported(check_installation(), Level.NOTE)
+    (text,) = (each for each in reported(check_installation(), Level.NOTE) if "ours.pth" in each)
     assert text.startswith(f"{tmp_path / 'ours.pth'} names a folder with letters beyond ASCII: with LC_ALL=C")
     assert "set LC_ALL=C.UTF-8" in text
 
