@@ -157,7 +157,7 @@ mutation: export MYPY_CACHE_DIR = .mypy_cache
 mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place at a time: a test must notice (ten minutes)
 	@ln -sfn plugins/makers/src src
 	@TEST_EXAMPLES=0.1 PATH="$(CURDIR)/$(BIN):$$PATH" nice -n 19 $(BIN)/mutmut run --max-children 1 $(MUTANTS); \
-		$(BIN)/mutmut results; rm src
+		status=$$?; $(BIN)/mutmut results; rm src; exit $$status
 
 codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and the page's types
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml

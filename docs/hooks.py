@@ -46,14 +46,12 @@ COMMANDS: Final = {
     "naoserver-sim": "naoserver_sim._command",
     "ballmover": "ballmover._cli",
     "nao": "nao_tools._command",
-}
-COMMANDS.update(
-    {
+    **{
         name: f"{entry.partition('.__main__')[0]}._command"
         for each in PLUG_INS
         for name, entry in each.project.get("scripts", {}).items()
-    }
-)
+    },
+}
 PARTS: Final = {"codegen diff": "codegen._diff"}
 """Commands that are part of another one, each with its module."""
 SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.application.cli
@@ -86,12 +84,12 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def _pages(plug_in: Distribution) -> list[Path]:
-    """Return its pages: how to use it before what there is to look up."""
+    """Return its pages, by their names."""
     return sorted((plug_in.folder / "docs").glob("*.md"))
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages of the root."""
+    """Add the pages of the root and of plug-ins."""
     from mkdocs.structure.files import File
 
     for name, page in ROOT_PAGES.items():

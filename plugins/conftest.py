@@ -1,14 +1,11 @@
-"""What all tests of this repository stand on is in tests/support/suite.py."""
+"""Tests of plug-ins stand on what those of the core stand on."""
 
 from __future__ import annotations
 
 import pytest
 
-pytest.register_assert_rewrite("tests.support", "plugins")  # a failed assertion shows its values there, too
-SUITE = "tests.support.suite"
+from tests.conftest import pytest_plugin_registered
 
+__all__ = ["pytest_plugin_registered"]
 
-def pytest_plugin_registered(manager: pytest.PytestPluginManager) -> None:
-    """Load it with the first of these files: before pytest-xdist asks how many workers there are."""
-    if not manager.has_plugin(SUITE):
-        manager.import_plugin(SUITE)
+pytest.register_assert_rewrite("plugins")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from functools import lru_cache
 from importlib import import_module
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any, Final
 from unittest.mock import patch
@@ -29,6 +29,9 @@ PROGRAMS: Final = {
     "visualhfsm": ("visualhfsm._commands.app", "app"),
 }
 """Module and name of the application of each program."""
+for _name, (_module, _) in [*PROGRAMS.items()]:
+    if find_spec(_module.partition(".")[0]) is None:  # a plug-in whose folder is not there
+        del PROGRAMS[_name]
 
 
 def app_of(program: str) -> typer.Typer:

@@ -10,7 +10,7 @@ python3 -m venv "$folder/venv"
   {
     printf '%s\n' '.[bench,mutation,release,web]' hatchling editables uv
     for plug_in in plugins/*/pyproject.toml; do echo "./$(dirname "$plug_in")[dev]"; done
-  } | "$folder/venv/bin/uv" pip compile --quiet --python-version 3.11 --no-annotate --no-header - |
-    grep -v '^\(\.\|visualhfsm\|file:\)'
+  } | "$folder/venv/bin/uv" pip compile --quiet --python-version 3.11 --no-annotate --no-header -o "$folder/all" -
+  grep -v '^\(\.\|visualhfsm\|file:\)' "$folder/all"
 } >"$folder/constraints.txt"
 mv "$folder/constraints.txt" constraints.txt
