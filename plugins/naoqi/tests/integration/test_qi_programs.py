@@ -172,7 +172,7 @@ def goes_through_postures(service):
     assert "Stand" in posture.getPostureList()
     for name in ("StandInit", "StandZero", "Crouch", "Stand"):
         assert posture.goToPosture(name, 1.0)
-        assert posture.getPosture() == name
+        assert posture.getPosture() == name, service("ALMotion").getSummary()
 
 
 @program
