@@ -39,8 +39,13 @@ PLACES: Final = ("e", "Zoë Müller", "it's/a/deep folder")
 """Where the wheel is installed, too: what grading hides from submissions has another order there."""
 
 
-STRANGER: Final = "import glob; raise ValueError(f'sees {glob.glob(\"/packages/site*/visualhfsm*/*\")}')"
-"""What a submission begins with: its walls cover our packages among those that are installed."""
+STRANGER: Final = """import glob
+there = [path for path in glob.glob("/packages/site*/visualhfsm*/*") if ".dist-info" not in path]
+raise ValueError(f"sees {there}")"""
+"""What a submission begins with: its walls cover our packages among those that are installed.
+
+What says that they are there, and names their entry points, is seen: formats of documents are found by it.
+"""
 
 
 class ReleaseError(Exception):
