@@ -174,10 +174,12 @@ def _linked(sites: Sequence[Path]) -> Iterator[Path]:
 
 
 def _covered(seen: Mapping[Path, Path], hidden: Sequence[Path]) -> Iterator[Path]:
-    """Yield the places of folders that are to be empty: what is hidden, and the rest of our distributions."""
+    """Yield the places of folders that are to be empty: what is hidden, and our distributions in sites.
+
+    What code may import of those has a place of its own.
+    """
     sites = [source for source, place in seen.items() if _is_site(place)]
-    hidden_packages = _distributed() - {*_PACKAGES, *_compiling()}
-    ours = {site / name for site in sites for name in hidden_packages}
+    ours = {site / name for site in sites for name in _distributed()}
     for folder in {*ours, *(path.resolve() for path in hidden)}:
         for source, place in seen.items():
             if folder.is_symlink():

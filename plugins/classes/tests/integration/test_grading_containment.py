@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -212,3 +213,30 @@ def test_numpy_computes_inside_as_it_does_outside(tmp_path: Path, monkeypatch: p
     )
     with Containment() as containment:
         assert seen_of(containment.simulate, path, "seen")["variable"] == ["Nehalem", None]
+
+
+def test_our_packages_are_seen_in_no_place_but_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site = tmp_path / "site-packages"
+    installed = ("naoserver", "visualhfsm", "visualhfsm_classes", "visualhfsm_match")
+    for name in (*installed, "visualhfsm-0.dist-info"):
+        (site / name).mkdir(parents=True)
+        (site / name / "__init__.py").touch()
+    (site / "visualhfsm-0.dist-info" / "METADATA").write_text("Name: visualhfsm\nVersion: 0\n")
+    (site / "visualhfsm-0.dist-info" / "RECORD").write_text(
+        "".join(f"{name}/__init__.py,,\n" for name in installed)
+    )
+    monkeypatch.setattr(sys, "path", [*sys.path, str(site)])
+    path = tmp_path / "looks.xml"
+    code = "\n".join(
+        f"seen[{name!r}] = glob.glob('/packages/site*/{name}/*')"
+        for name in (*installed, "visualhfsm-0.dist-info")
+    )
+    path.write_text(
+        document(sub(1, 0, state(1, "looks", code, initial=True), variables="seen = {}"), libraries=("glob",))
+    )
+    with Containment() as containment:
+        seen = seen_of(containment.simulate, path, "seen")["variable"]
+    assert seen.pop("visualhfsm-0.dist-info")
+    assert not any(seen.values())
