@@ -39,11 +39,9 @@ PLACES: Final = ("e", "Zoë Müller", "it's/a/deep folder")
 """Where the wheel is installed, too: what grading hides from submissions has another order there."""
 
 
-SEEN: Final = ("visualhfsm_match", "visualhfsm_old_documents", "visualhfsm_ros2")
-"""What submissions may import, or are compiled with, of our packages besides the core's."""
-STRANGER: Final = f"""import glob, os
-there = [path for path in glob.glob("/packages/site*/visualhfsm*") if os.listdir(path)]
-raise ValueError(f"sees {{[path for path in there if not path.endswith({(".dist-info", *SEEN)})]}}")"""
+STRANGER: Final = """import glob
+there = [path for path in glob.glob("/packages/site*/visualhfsm*/*") if ".dist-info" not in path]
+raise ValueError(f"sees {there}")"""
 """What a submission begins with: its walls cover our packages among those that are installed.
 
 What says that they are there, and names their entry points, is seen: formats of documents are found by it.
