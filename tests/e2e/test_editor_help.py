@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import editor_page
 from tests.support.editor import DOCUMENT, editor
+from tests.support.plugins import OF_THE_WHOLE
 from tests.support.processes import REPOSITORY
 
 KEYS = REPOSITORY / "docs" / "reference/keys.md"
@@ -28,6 +29,7 @@ READ = """(sections) => sections.map((section) => [
 ])"""
 
 
+@OF_THE_WHOLE
 def test_the_documented_keys_are_those_of_the_page(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     path.write_text(DOCUMENT)

@@ -14,6 +14,7 @@ from tests.support.browser import Box, EditorPage, editor_page
 from tests.support.editor import DOCUMENT, Editor, editor
 from tests.support.monitor import DOCUMENT as RUNNING
 from tests.support.monitor import comes_true, monitor_page, run
+from tests.support.plugins import OF_THE_WHOLE
 from tests.support.soak import cases
 from tests.support.waiting import until
 
@@ -224,6 +225,7 @@ class TestBesideARobot:
         event.scroll_into_view_if_needed()
         assert Box.of(event).is_within(Box.of(live.page.locator(".side > .content")))
 
+    @OF_THE_WHOLE
     def test_the_page_itself_never_scrolls_whatever_panels_it_shows(self, live: EditorPage) -> None:
         page = live.page
         page.locator("body > [role=status]").wait_for(state="attached")  # what says aloud what the run does

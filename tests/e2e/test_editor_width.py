@@ -12,6 +12,7 @@ from playwright.sync_api import Browser
 from tests.support.browser import Box, EditorPage, editor_page
 from tests.support.editor import Editor
 from tests.support.monitor import comes_true, robot_and_editor
+from tests.support.plugins import OF_THE_WHOLE
 from tests.support.soak import cases
 
 SIZES: Final = ((1280, 800), (1024, 768), (390, 844))
@@ -238,6 +239,7 @@ def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Editor]:
         yield running
 
 
+@OF_THE_WHOLE
 @pytest.mark.parametrize("language", cases(["es"], ["en"]))  # the longer words
 def test_everything_fits_in_every_situation(browser: Browser, running: Editor, language: str) -> None:
     found: dict[str, list[str]] = {}

@@ -19,6 +19,7 @@ from tests.support.browser import new_window
 from tests.support.editor import DOCUMENT, Refused, Window
 from tests.support.jupyter_hub import SERVER_LIMIT, Hub, Login, jupyter_hub
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.plugins import needs
 from tests.support.processes import assert_gone
 from tests.support.waiting import until
 
@@ -94,6 +95,7 @@ def test_each_user_has_an_editor_in_their_own_folder(ana: Login, ben: Login) -> 
         assert refused.value.kind == "forbidden"
 
 
+@needs("visualhfsm_classes")
 def test_a_pupil_hands_in_where_the_teacher_collects(ana: Login) -> None:
     with window(ana) as shown:
         tab = shown.ask("open", path="walk.xml")["tab"]

@@ -17,6 +17,7 @@ import pytest
 from tests.support.environments import make_environment
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
+from tests.support.plugins import OF_THE_WHOLE
 from tools import workspace
 
 MADE: Final = {".git", ".venv", "coverage", "demo", "dist", "node_modules", "site"}
@@ -57,6 +58,7 @@ def run(tree: Path, *command: str) -> str:
     return done.stdout
 
 
+@OF_THE_WHOLE
 def test_no_plug_in_is_there(tree: Path) -> None:
     code = f"from importlib.util import find_spec; print([n for n in {PLUG_INS} if find_spec(n)])"
     assert len(PLUG_INS) > 7

@@ -14,7 +14,7 @@ from naoserver.fake import FakeRobot
 from tests.support.arm import ARM, ARM_TOML
 from tests.support.editor import DOCUMENT, Refused, Window, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.plugins import OWN_ROBOTS
+from tests.support.plugins import OWN_ROBOTS, needs
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
@@ -179,6 +179,7 @@ def test_stop_says_that_what_was_starting_has_ended(tmp_path: Path) -> None:
         assert window.ask("emergencyStop") == {"stopped": ["first"], "failed": {}}
 
 
+@needs("visualhfsm_naoqi")
 @pytest.mark.usefixtures("endless")
 def test_nothing_is_run_while_a_real_robot_is_connected_and_none_is_connected_while_something_starts(
     tmp_path: Path,
@@ -267,6 +268,7 @@ def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_
     opened(go, folder=tmp_path)
 
 
+@needs("visualhfsm_naoqi")
 def test_a_real_robot_that_is_not_there_says_so() -> None:
     async def go(page: Page) -> None:
         await page.robot.connect("127.0.0.1:1", "leave", lambda: None)

@@ -11,6 +11,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor, shared_checks
+from tests.support.plugins import needs
 from visualhfsm._editor.limits import Limits
 
 ATTACKS: Final[list[dict[str, Any]]] = [
@@ -43,7 +44,6 @@ ATTACKS: Final[list[dict[str, Any]]] = [
     {"op": "saveRobot", "name": "stolen", "text": ""},
     {"op": "connectRobot", "address": "nao.local"},
     {"op": "endRobot"},
-    {"op": "startTrials", "tab": 1},
     {"op": "export", "tab": 1},
     {"op": "share"},
     {"op": "share", "shared": False},
@@ -115,7 +115,11 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Win
             yield root, window, viewer
 
 
-@pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack["op"])
+@pytest.mark.parametrize(
+    "attack",
+    [*ATTACKS, pytest.param({"op": "startTrials", "tab": 1}, marks=needs("visualhfsm_trials"))],
+    ids=lambda attack: attack["op"],
+)
 def test_a_viewer_changes_nothing(shared: tuple[Path, Window, Window], attack: dict[str, Any]) -> None:
     root, window, viewer = shared
     before = window.documents[1]

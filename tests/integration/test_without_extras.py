@@ -13,6 +13,7 @@ import pytest
 
 from tests.support.limits import START_LIMIT
 from tests.support.places import ROOT
+from tests.support.plugins import needs
 from tools.workspace import CORE, EXTRAS, PLUG_INS
 
 pytestmark = pytest.mark.slow
@@ -68,6 +69,7 @@ def test_a_program_shows_its_help(program: str, environment: dict[str, str]) -> 
     assert "Usage: " in done.stdout
 
 
+@needs("visualhfsm_match")
 @pytest.mark.parametrize("command", ["tournament", "match"])
 def test_what_a_match_lacks_is_named(command: str, environment: dict[str, str], tmp_path: Path) -> None:
     document = tmp_path / "a.xml"

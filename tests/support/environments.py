@@ -22,6 +22,7 @@ from tools.workspace import DISTRIBUTIONS
 __all__ = ["copy_packages", "make_environment"]
 
 OURS: Final = "visualhfsm"
+_THERE: Final = {each.project["name"] for each in DISTRIBUTIONS}
 SCRIPT: Final = """#!/bin/sh
 '''exec' "{python}" "$0" "$@"
 ' '''
@@ -87,6 +88,8 @@ def _required(name: str, extras: frozenset[str]) -> dict[str, Distribution]:
         found[name] = distribution(name)
         for text in found[name].requires or ():
             requirement = Requirement(text)
+            if requirement.name.startswith(f"{OURS}-") and requirement.name not in _THERE:
+                continue  # a plug-in whose folder was deleted
             marker = requirement.marker
             if marker is None or any(marker.evaluate({"extra": extra}) for extra in {"", *extras}):
                 wanted.append((requirement.name, frozenset(requirement.extras)))

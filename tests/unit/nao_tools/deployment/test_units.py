@@ -14,6 +14,7 @@ import pytest
 from nao_tools._deployment.stack import ProcessSpec, StackError, load_stack, stack_path
 from nao_tools._deployment.units import write_units
 from tests.support.limits import RUN_LIMIT
+from tests.support.plugins import needs
 
 AWKWARD = ("python", "-c", "a b", 'q"\\', "50%", "$HOME", "two\nlines", "")
 PROCESSES = [
@@ -56,7 +57,9 @@ def test_systemd_finds_a_mistake(units: dict[str, str], tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", ["robot", "simulation", "operator"])
+@pytest.mark.parametrize(
+    "machine", [pytest.param("robot", marks=needs("visualhfsm_naoqi")), "simulation", "operator"]
+)
 def test_systemd_takes_the_units_of_the_laboratory(machine: str, tmp_path: Path) -> None:
     stack = load_stack(stack_path("lab")).on_machine(machine)
     files = write_units(stack.name, stack.with_variables({}), tmp_path)

@@ -17,6 +17,7 @@ import pytest
 from babel.messages.catalog import Catalog
 
 from tests.support.limits import RUN_LIMIT
+from tests.support.plugins import OF_THE_WHOLE
 from tools.languages.texts import (
     DOMAINS,
     LANGUAGES,
@@ -132,6 +133,7 @@ def test_a_sentence_whose_template_is_not_clear_is_refused(code: str, problem: s
         template_of(ast.parse(code, mode="eval").body, "go.py:3")
 
 
+@OF_THE_WHOLE
 @pytest.mark.parametrize(("domain", "language"), ALL)
 def test_a_catalog_has_the_texts_of_the_code_and_no_others(
     domain: Domain, language: str, extracted: Callable[[Domain], Catalog]

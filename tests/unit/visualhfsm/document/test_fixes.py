@@ -17,6 +17,7 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.editing import find_problems
 from tests.support.pages import sections_of
 from tests.support.places import ROOT
+from tests.support.plugins import OF_THE_WHOLE
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import decode_command
 from visualhfsm._document.fixes import Fix, as_declared, fixes
@@ -226,6 +227,7 @@ def test_the_first_fixes_bring_a_behavior_what_it_imports_and_declares(name: str
     assert said(text) == Counter()
 
 
+@OF_THE_WHOLE
 @pytest.mark.slow
 def test_each_fix_of_the_examples_of_all_codes_leaves_its_problem_away_and_nothing_new(
     tmp_path: Path,
