@@ -13,7 +13,7 @@ class SeenThing(ice.Struct):
 
     kind: str = ""
     """What it is: ball, robot, goalpost, crossing (of lines on a field), line (a place on the middle of one),
-    tag, face or box. Whoever serves Sight may see other kinds, too.
+    tag, face or box. A server of Sight may see other kinds, too.
     """
     name: str = ""
     """Which of them: the color of a ball, of a box or of a robot's shirt in one word; L, T, X or mark of a

@@ -35,10 +35,10 @@ from naoserver.serving._description import ClockI, DescriptionI, HealthI, Safety
 from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver.serving._shared import StateStream
+from naoserver.serving._sight import SightI
 from naoserver.serving._team import TeamI
 from naoserver.serving.camera import BodyHistory, CameraI, usual_settings
 from naoserver.serving.medium import Membership
-from naoserver.serving.sight import SightI
 from zenoh_ice import Clock, Object
 
 _STATE_PERIOD: Final = 0.02

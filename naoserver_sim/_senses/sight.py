@@ -21,7 +21,7 @@ from naoserver.bodies.capabilities import SeenThing, SightReading
 from naoserver.bodies.parts import CameraFacts, Sight
 from naoserver.bodies.sight import CameraPlace, Thing
 from naoserver_sim._motors import Array
-from naoserver_sim._senses.targets import Target, fixed_targets, moving_targets
+from naoserver_sim._senses._targets import Target, fixed_targets, moving_targets
 from naoserver_sim._simulator import Simulator, Snapshot
 from naoserver_sim.cameras import put_cameras
 from naoserver_sim.model import Model

@@ -8,6 +8,7 @@ import pytest
 
 from naoserver_sim.arena import Arena
 from naoserver_sim.world import RobotPlace, load_world, parse_world
+from tests.support.present import present
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -95,7 +96,7 @@ def test_each_robot_of_a_world_sees_all_of_it(look):
 def test_lines_crossings_and_posts_of_the_field_are_where_they_are(look):
     robot, reading = look(SOCCER, msgspec.structs.replace(HERE, position=(2.0, 0.0)))
     place, turn = robot.stage.truth().torso, robot.stage.truth().torso.heading
-    field = SOCCER.field
+    field = present(SOCCER.field)
 
     def on_field(thing):
         x = place.position[0] + math.cos(turn) * thing.x - math.sin(turn) * thing.y
