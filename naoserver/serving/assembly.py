@@ -38,6 +38,7 @@ from naoserver.serving._shared import StateStream
 from naoserver.serving._team import TeamI
 from naoserver.serving.camera import BodyHistory, CameraI, usual_settings
 from naoserver.serving.medium import Membership
+from naoserver.serving.sight import SightI
 from zenoh_ice import Clock, Object
 
 _STATE_PERIOD: Final = 0.02
@@ -110,6 +111,8 @@ class Assembly:
         self._add_surroundings()
         self._history = BodyHistory(robot, self._wake)
         self._cameras = self._add_cameras()
+        if robot.eyes is not None:
+            self._add(Sight=SightI(robot.eyes))
         self._add_expression(hears=hears or robot.stage is not None)
         self.player: Final = self._add_motions()
         """The player of motions."""
