@@ -196,7 +196,7 @@ class CameraI(jderobot.Camera):
         self._shot: _Shot | None = None  # replaced as a whole, too
         """How the newest image was taken."""
         self._place: tuple[Moment | None, Matrix, Matrix] = (None, np.eye(4), np.eye(4))
-        """A moment, the torso's place, and the camera's in the torso's frame: points of an image share them."""
+        """A moment, the place of the torso, and the camera's in its frame: points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._sent = math.nan  # the time of the newest image that listeners got
         self._meter = RateMeter(robot.clock.now)
