@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import SeenThing, SightReading
 from naoserver.bodies.parts import CameraFacts, Sight
@@ -24,6 +25,8 @@ from naoserver_sim._senses.targets import Target, fixed_targets, moving_targets
 from naoserver_sim._simulator import Simulator, Snapshot
 from naoserver_sim.cameras import put_cameras
 from naoserver_sim.model import Model
+
+Indices = NDArray[np.intp]
 
 _OPAQUE: Final = np.array([1, 0, 0, 1, 0, 0], np.uint8)
 """The groups of geoms that hide others: the surroundings, and the shapes of robots that touch."""
@@ -159,7 +162,7 @@ class _Scene:
             self._to_frame(np.concatenate((seen.bases, there))),
         )
 
-    def _unhidden(self, place: CameraPlace, found: Array) -> tuple[Array, Array]:
+    def _unhidden(self, place: CameraPlace, found: Indices) -> tuple[Indices, Array]:
         """Return which of some targets are seen, and how much of each, from 0 to 1."""
         samples: list[Array] = []
         owners: list[int] = []
@@ -210,7 +213,7 @@ class _Scene:
         if target.kind == "robot":
             links = self._links[target.body]
             return np.asarray(self._data.xpos[links[:: max(1, len(links) // _LINKS)]], np.float64)
-        return middle[None]
+        return np.asarray(middle[None], np.float64)
 
     def _invented(self, place: CameraPlace, random: np.random.Generator) -> Iterator[tuple[str, Array]]:
         """Yield things that are not there, each with its place on the floor."""

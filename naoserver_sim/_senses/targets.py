@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from naoserver.bodies.capabilities import Color
 from naoserver.bodies.sight import color_name
 from naoserver.soccer_field import POST_RADIUS, FieldLines
 from naoserver_sim.appearance import VISUAL_GROUP, color_of
@@ -46,17 +47,18 @@ def moving_targets(model: Model) -> Iterator[Target]:
         trunk = np.flatnonzero((mj.geom_bodyid == index.body) & (mj.geom_group == VISUAL_GROUP)).tolist()
         shirt = color_name(color_of(mj, trunk[0])[:3]) if trunk else ""
         yield Target("robot", shirt, body=index.body)
-    radii = {ball.name: ball.radius for ball in world.balls} | {
-        ball.name: BALL_RADIUS for ball in world.carried_balls
-    }
-    for ball in (*world.balls, *world.carried_balls):
-        radius = radii[ball.name]
-        yield Target(
-            "ball", color_name(ball.color), slack=radius, body=int(mj.body(ball.name).id), radius=radius
-        )
+    for ball in world.balls:
+        yield _ball(model, ball.name, ball.color, ball.radius)
+    for carried in world.carried_balls:
+        yield _ball(model, carried.name, carried.color, BALL_RADIUS)
     for box in world.boxes:
         if box.mass is not None:
             yield Target("box", color_name(box.color), slack=max(box.size), body=int(mj.body(box.name).id))
+
+
+def _ball(model: Model, name: str, color: Color, radius: float) -> Target:
+    body = int(model.whole.body(name).id)
+    return Target("ball", color_name(color), slack=radius, body=body, radius=radius)
 
 
 def fixed_targets(world: World) -> Iterator[Target]:
