@@ -1,0 +1,222 @@
+"""What a picture shows of a soccer field: places on lines, where lines cross, and posts of goals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Final, NamedTuple
+
+import cv2
+import numpy as np
+
+from naoserver.bodies.sight import Array, Mask, Thing
+from naoserver.eyes._shot import Found, Grass, Numbers, Shot, horizon_of, on_floor, runs_of
+
+_STEP: Final = 4
+"""Pixels from one searched row or column to the next."""
+_BESIDE: Final = 2
+"""Pixels from the edge of a line to the place where grass is expected."""
+_WIDTHS: Final = 0.4, 2.2
+"""Range of a line's width across a row or column, as shares of its true width."""
+_FARTHEST: Final = 4.0
+"""Distance in m up to which places on lines are used."""
+_MOST_LINES: Final = 30
+"""Most places on lines in a picture."""
+
+# -- crossings, on a map of the floor
+_CELL: Final = 0.02
+"""Side of a pixel of the map in m."""
+_CROSSES: Final = 2.5
+"""Distance in m up to which lines are seen to cross."""
+_SHORTEST: Final = 0.3
+"""Length in m of the shortest line."""
+_SQUARE: Final = math.radians(75.0)
+"""Least angle between lines that cross."""
+_REACH: Final = 0.3
+"""Distance in m from its ends up to which a line may cross another."""
+_ARMS: Final = 0.12, 0.16, 0.2
+"""Distances in m from a crossing at which a line that goes on is white."""
+_SAME: Final = 0.3
+"""Distance in m within which two crossings are one."""
+_NAMES: Final = {4: "X", 3: "T", 2: "L"}
+
+# -- posts
+_CONTRAST: Final = 6.0
+"""Least difference in brightness, of 255, between a post and what is beside it."""
+_POST_WIDTHS: Final = 0.6, 1.6
+"""Range of the width of a post as a share of the expected one."""
+_BAND: Final = 3
+"""Rows above and below the horizon."""
+_STRIPES: Final = (2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 34)
+"""Widths in pixels."""
+_MOST_STRIPES: Final = 60
+_STEPS: Final = 100
+"""Distances at which a foot is looked for."""
+_POST_MIDDLE: Final = 0.4
+"""Height in m of the middle of a post."""
+_HEIGHTS: Final = 0.2, 0.4, 0.6, 0.8
+"""Shares of the height of the camera at which a post is compared with what is beside it."""
+_NEAREST_POST: Final = 0.8
+_FARTHEST_POST: Final = 8.0
+"""Distances in m."""
+
+
+class _Line(NamedTuple):
+    begin: Array
+    end: Array
+
+    @property
+    def way(self) -> Array:
+        return np.asarray((self.end - self.begin) / np.linalg.norm(self.end - self.begin))
+
+
+def find_lines(shot: Shot, grass: Grass, width: float) -> tuple[Array, Iterator[Found]]:
+    """Return places on lines `width` m wide, x and y in m in the robot's frame, and some of them as found."""
+    points = _line_points(grass.green, grass.white, shot.to_floor, width)
+    some = points[:: 1 + len(points) // _MOST_LINES]
+    return points, (_on_floor(shot, "line", "", 0.8, point) for point in some)
+
+
+def _on_floor(shot: Shot, kind: str, name: str, certainty: float, point: Array) -> Found:
+    place = np.array((*point, 0.0))
+    return Found(Thing(kind, name, certainty, error=shot.error_on_floor(place)), place, place)
+
+
+def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Array:
+    """Return points on the floor where a row or column of the picture crosses a line `width` m wide."""
+    found = []
+    for columns in (False, True):
+        lawn, bright = (mask.T[::_STEP] if columns else mask[::_STEP] for mask in (grass, white))
+        at, begin, end = runs_of(bright)
+        after = np.minimum(end - 1 + _BESIDE, lawn.shape[1] - 1)
+        crossed = lawn[at, np.maximum(begin - _BESIDE, 0)] & lawn[at, after]
+        at = _STEP * at[crossed]
+        first, last = begin[crossed] - 0.5, end[crossed] - 0.5
+        floor = [
+            on_floor(to_floor, *((at, along) if columns else (along, at)))
+            for along in (first, last, (first + last) / 2)
+        ]
+        wide = np.hypot(*(floor[1] - floor[0]).T) / width
+        near = np.hypot(*floor[2].T) < _FARTHEST
+        found.append(floor[2][near & (wide > _WIDTHS[0]) & (wide < _WIDTHS[1])])
+    return np.concatenate(found)
+
+
+def find_crossings(shot: Shot, grass: Grass, points: Array) -> Iterator[Found]:
+    """Yield where straight lines through points cross, if the picture shows how."""
+    found: list[Array] = []
+    for first, second in combinations(_straight(points), 2):
+        if abs(float(first.way @ second.way)) > math.cos(_SQUARE):
+            continue
+        along = np.linalg.solve(np.column_stack((first.way, -second.way)), second.begin - first.begin)
+        lengths = [np.linalg.norm(line.end - line.begin) for line in (first, second)]
+        if not all(-_REACH < at < length + _REACH for at, length in zip(along, lengths, strict=True)):
+            continue
+        place = first.begin + along[0] * first.way
+        if any(np.linalg.norm(place - other) < _SAME for other in found):
+            continue
+        name = _kind_of(shot, grass, place, first.way, second.way)
+        if name:
+            found.append(place)
+            yield _on_floor(shot, "crossing", name, 0.8, place)
+
+
+def _straight(points: Array) -> list[_Line]:
+    """Return straight lines through points on the floor."""
+    near = points[np.hypot(*points.T) < _CROSSES]
+    side = round(2 * _CROSSES / _CELL)
+    image = np.zeros((side, side), np.uint8)
+    at = np.floor(near / _CELL + side / 2).astype(int)
+    image[at[:, 0], at[:, 1]] = 255
+    least = _SHORTEST / _CELL
+    lines = cv2.HoughLinesP(image, 2, math.pi / 90, 6, minLineLength=least, maxLineGap=least)
+    ends = np.empty((0, 4)) if lines is None else (lines.reshape(-1, 4) + 0.5 - side / 2) * _CELL
+    return [_Line(np.array((a, b)), np.array((c, d))) for b, a, d, c in ends.tolist()]
+
+
+def _kind_of(shot: Shot, grass: Grass, place: Array, first: Array, second: Array) -> str:
+    """Return how lines cross at a place, L, T or X, by which of their four arms are white; empty if unknown."""
+    arms = []
+    for way in (first, -first, second, -second):
+        pixels = shot.pixels_of(np.array([(*(place + far * way), 0.0) for far in _ARMS]))
+        if np.isnan(pixels).any():
+            return ""
+        u, v = np.rint(pixels).astype(int).T
+        height, width = grass.white.shape
+        if u.min() < 0 or v.min() < 0 or u.max() >= width or v.max() >= height:
+            return ""
+        white, green = grass.white[v, u], grass.green[v, u]
+        if not (white.all() or green.all()):
+            return ""
+        arms.append(bool(white.all()))
+    if not (arms[0] or arms[1]) or not (arms[2] or arms[3]):
+        return ""
+    return _NAMES[sum(arms)]
+
+
+def find_posts(shot: Shot, grass: Grass, radius: float) -> Iterator[Found]:
+    """Yield goalposts: bright upright stripes across the horizon that stand on grass, as wide as posts are there."""
+    height, width, _ = shot.pixels.shape
+    columns = np.arange(width)
+    horizon = horizon_of(shot.to_floor, columns)
+    if horizon.min() < _BAND or horizon.max() > height - 2 * _BAND:
+        return
+    gray = cv2.cvtColor(shot.pixels, cv2.COLOR_RGB2GRAY).astype(np.float64)
+    around = np.rint(horizon).astype(int) + np.arange(-_BAND, _BAND)[:, None]
+    taken = np.zeros(width, bool)
+    for u, wide in _stripes(gray[around, columns].mean(axis=0)):
+        if taken[u : u + wide].any():
+            continue
+        middle = u + (wide - 1) / 2
+        foot = _foot(shot, grass, middle, float(np.interp(middle, columns, horizon)))
+        if foot is None:
+            continue
+        away = float(np.linalg.norm((foot - shot.eye)[:2]))
+        share = wide * away / (2.0 * radius * shot.focal)
+        low, high = _POST_WIDTHS
+        if not (_NEAREST_POST < away < _FARTHEST_POST and low < share < high):
+            continue
+        heights = shot.eye[2] * np.array(_HEIGHTS)
+        across = shot.pixels_of(foot + np.outer(heights, (0.0, 0.0, 1.0)))
+        rows = np.rint(across[:, 1]).astype(int)
+        begins = np.rint(across[:, 0] - (wide - 1) / 2).astype(int)
+        if rows.max() >= height or begins.min() < wide or begins.max() + 2 * wide > width:
+            continue
+        sides = [gray[rows[:, None], begins[:, None] + np.arange(wide) + k * wide].mean(axis=1) for k in (-1, 0, 1)]
+        if (sides[1] - np.maximum(sides[0], sides[2])).min() < _CONTRAST:
+            continue
+        taken[max(0, u - wide) : u + 2 * wide] = True
+        middle_of_it = foot + (0.0, 0.0, _POST_MIDDLE)
+        thing = Thing("goalpost", "", 0.8, error=shot.error_on_floor(foot))
+        yield Found(thing, middle_of_it, foot)
+
+
+def _stripes(band: Array) -> Iterator[tuple[int, int]]:
+    """Yield first pixel and width of stripes that are brighter than both neighborhoods, the best first."""
+    total = np.concatenate(([0.0], np.cumsum(band)))
+    found = []
+    for wide in _STRIPES:
+        means = (total[wide:] - total[:-wide]) / wide
+        contrast = means[wide:-wide] - np.maximum(means[: -2 * wide], means[2 * wide :])
+        best = np.flatnonzero((contrast > _CONTRAST) & (contrast >= np.convolve(contrast, (1,), "same")))
+        found += [(float(contrast[each]), int(each) + wide, wide) for each in best]
+    for _, u, wide in sorted(found, reverse=True)[:_MOST_STRIPES]:
+        yield u, wide
+
+
+def _foot(shot: Shot, grass: Grass, u: float, v: float) -> Array | None:
+    """Return where what is upright at a pixel of the horizon meets the grass; None if it does not."""
+    ways = np.geomspace(_FARTHEST_POST, _NEAREST_POST, _STEPS)
+    ray = shot.rays @ (u, v, 1.0)
+    level = ray[:2] / np.linalg.norm(ray[:2])
+    places = np.column_stack((shot.eye[:2] + ways[:, None] * level, np.zeros(len(ways))))
+    pixels = shot.pixels_of(places)
+    height, width = grass.green.shape
+    inside = (pixels >= 0).all(axis=1) & (pixels < (width - 0.5, height - 0.5)).all(axis=1)
+    places, at = places[inside], np.rint(pixels[inside]).astype(int)
+    at = np.minimum(at, (width - 1, height - 1))
+    green = grass.green[at[:, 1], at[:, 0]]
+    if not green.any() or green[0]:
+        return None
+    return np.asarray(places[int(np.argmax(green))])
