@@ -99,16 +99,21 @@ def shuffle(arena: Arena, random: np.random.Generator) -> None:
     _place(arena, robot.name, x, y, heading)
 
     def somewhere(nearest: float) -> tuple[float, float]:
-        way, angle = random.uniform(nearest, FARTHEST), heading + random.uniform(-0.6, 0.6)
-        return x + way * math.cos(angle), y + way * math.sin(angle)
+        way, angle = random.uniform(nearest, FARTHEST), heading + random.uniform(-0.5, 0.5)
+        return _on_grass(x + way * math.cos(angle), 4.9), _on_grass(y + way * math.sin(angle), 3.4)
 
     for other in arena.robots[1:]:
         _place(arena, other.name, *somewhere(0.8), random.uniform(-math.pi, math.pi))
     for ball in ("Ball", "Second"):
         with suppress(InvalidCommand):  # below a robot
             arena.place_object(ball, (*somewhere(0.3), 0.05))
-    robot.place({"HeadYaw": random.uniform(-0.5, 0.5), "HeadPitch": random.uniform(-0.1, 0.4)})
-    arena.clock.advance(0.6)  # balls rest, and the exposure adapts
+    head = {"HeadYaw": random.uniform(-0.5, 0.5), "HeadPitch": random.uniform(-0.1, 0.4)}
+    robot.command_positions(head, dict.fromkeys(head, 3.0))
+    arena.clock.advance(1.0)  # balls and the head rest, and the exposure adapts
+
+
+def _on_grass(place: float, end: float) -> float:
+    return min(max(place, -end), end)
 
 
 def _place(arena: Arena, name: str, x: float, y: float, heading: float) -> None:

@@ -15,7 +15,7 @@ from naoserver.eyes._shot import Found, Grass, Numbers, Shot, horizon_of, on_flo
 
 _STEP: Final = 4
 """Pixels from one searched row or column to the next."""
-_BESIDE: Final = 2
+_BESIDE: Final = 3
 """Pixels from the edge of a line to the place where grass is expected."""
 _WIDTHS: Final = 0.4, 2.2
 """Range of a line's width across a row or column, as shares of its true width."""
@@ -42,24 +42,22 @@ _SAME: Final = 0.3
 _NAMES: Final = {4: "X", 3: "T", 2: "L"}
 
 # -- posts
-_CONTRAST: Final = 6.0
-"""Least difference in brightness, of 255, between a post and what is beside it."""
-_POST_WIDTHS: Final = 0.6, 1.6
+_BEYOND: Final = 30.0
+"""Distance in m where a column shows no grass."""
+_WIDEST: Final = 61
+"""Columns within which there is grass beside a post."""
+_NEARER: Final = 0.95
+"""Distance at which the grass begins at a post, as a share of that beside it."""
+_POST_WIDTHS: Final = 0.6, 1.7
 """Range of the width of a post as a share of the expected one."""
-_BAND: Final = 3
-"""Rows above and below the horizon."""
-_STRIPES: Final = (2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 34)
-"""Widths in pixels."""
-_MOST_STRIPES: Final = 60
-_STEPS: Final = 100
-"""Distances at which a foot is looked for."""
+_HEIGHTS: Final = 0.3, 0.5, 0.7, 0.9
+"""Shares of the height of the camera at which a post is looked at."""
+_COLORLESS: Final = 90
+"""Most saturation of a post, of 255."""
+_CONTRAST: Final = 8.0
+"""Least difference in brightness, of 255, at an edge of a post."""
 _POST_MIDDLE: Final = 0.4
 """Height in m of the middle of a post."""
-_HEIGHTS: Final = 0.2, 0.4, 0.6, 0.8
-"""Shares of the height of the camera at which a post is compared with what is beside it."""
-_NEAREST_POST: Final = 0.8
-_FARTHEST_POST: Final = 8.0
-"""Distances in m."""
 
 
 class _Line(NamedTuple):
@@ -156,67 +154,46 @@ def _kind_of(shot: Shot, grass: Grass, place: Array, first: Array, second: Array
 
 
 def find_posts(shot: Shot, grass: Grass, radius: float) -> Iterator[Found]:
-    """Yield goalposts: bright upright stripes across the horizon that stand on grass, as wide as posts are there."""
-    height, width, _ = shot.pixels.shape
-    columns = np.arange(width)
-    horizon = horizon_of(shot.to_floor, columns)
-    if horizon.min() < _BAND or horizon.max() > height - 2 * _BAND:
-        return
-    gray = cv2.cvtColor(shot.pixels, cv2.COLOR_RGB2GRAY).astype(np.float64)
-    around = np.rint(horizon).astype(int) + np.arange(-_BAND, _BAND)[:, None]
-    taken = np.zeros(width, bool)
-    for u, wide in _stripes(gray[around, columns].mean(axis=0)):
-        if taken[u : u + wide].any():
-            continue
-        middle = u + (wide - 1) / 2
-        foot = _foot(shot, grass, middle, float(np.interp(middle, columns, horizon)))
-        if foot is None:
-            continue
-        away = float(np.linalg.norm((foot - shot.eye)[:2]))
-        share = wide * away / (2.0 * radius * shot.focal)
-        low, high = _POST_WIDTHS
-        if not (_NEAREST_POST < away < _FARTHEST_POST and low < share < high):
-            continue
-        heights = shot.eye[2] * np.array(_HEIGHTS)
-        across = shot.pixels_of(foot + np.outer(heights, (0.0, 0.0, 1.0)))
-        rows = np.rint(across[:, 1]).astype(int)
-        begins = np.rint(across[:, 0] - (wide - 1) / 2).astype(int)
-        if rows.max() >= height or begins.min() < wide or begins.max() + 2 * wide > width:
-            continue
-        sides = [gray[rows[:, None], begins[:, None] + np.arange(wide) + k * wide].mean(axis=1) for k in (-1, 0, 1)]
-        if (sides[1] - np.maximum(sides[0], sides[2])).min() < _CONTRAST:
-            continue
-        taken[max(0, u - wide) : u + 2 * wide] = True
-        middle_of_it = foot + (0.0, 0.0, _POST_MIDDLE)
-        thing = Thing("goalpost", "", 0.8, error=shot.error_on_floor(foot))
-        yield Found(thing, middle_of_it, foot)
+    """Yield goalposts: narrow and upright, as wide as posts are where they stand on grass.
 
-
-def _stripes(band: Array) -> Iterator[tuple[int, int]]:
-    """Yield first pixel and width of stripes that are brighter than both neighborhoods, the best first."""
-    total = np.concatenate(([0.0], np.cumsum(band)))
-    found = []
-    for wide in _STRIPES:
-        means = (total[wide:] - total[:-wide]) / wide
-        contrast = means[wide:-wide] - np.maximum(means[: -2 * wide], means[2 * wide :])
-        best = np.flatnonzero((contrast > _CONTRAST) & (contrast >= np.convolve(contrast, (1,), "same")))
-        found += [(float(contrast[each]), int(each) + wide, wide) for each in best]
-    for _, u, wide in sorted(found, reverse=True)[:_MOST_STRIPES]:
-        yield u, wide
-
-
-def _foot(shot: Shot, grass: Grass, u: float, v: float) -> Array | None:
-    """Return where what is upright at a pixel of the horizon meets the grass; None if it does not."""
-    ways = np.geomspace(_FARTHEST_POST, _NEAREST_POST, _STEPS)
-    ray = shot.rays @ (u, v, 1.0)
-    level = ray[:2] / np.linalg.norm(ray[:2])
-    places = np.column_stack((shot.eye[:2] + ways[:, None] * level, np.zeros(len(ways))))
-    pixels = shot.pixels_of(places)
+    A post hides the grass behind it, so the grass begins nearer in its columns than beside them.
+    """
     height, width = grass.green.shape
-    inside = (pixels >= 0).all(axis=1) & (pixels < (width - 0.5, height - 0.5)).all(axis=1)
-    places, at = places[inside], np.rint(pixels[inside]).astype(int)
-    at = np.minimum(at, (width - 1, height - 1))
-    green = grass.green[at[:, 1], at[:, 0]]
-    if not green.any() or green[0]:
-        return None
-    return np.asarray(places[int(np.argmax(green))])
+    columns = np.arange(width)
+    below = np.arange(height)[:, None] > horizon_of(shot.to_floor, columns)
+    begins = (grass.green & below).argmax(axis=0)
+    places = on_floor(shot.to_floor, columns, begins - 0.5)
+    away = np.hypot(*(places - shot.eye[:2]).T)
+    away[np.isnan(away) | (begins == 0)] = _BEYOND
+    beside = cv2.morphologyEx(away[None].astype(np.float32), cv2.MORPH_CLOSE, np.ones((1, _WIDEST), np.uint8))
+    _, starts, ends = runs_of(away[None] < _NEARER * beside)
+    gray = cv2.cvtColor(shot.pixels, cv2.COLOR_RGB2GRAY).astype(np.float64)
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        foot = np.array((*np.median(places[start:end], axis=0), 0.0))
+        far = float(np.median(away[start:end]))
+        low, high = _POST_WIDTHS
+        if not low < (end - start) * far / (2.0 * radius * shot.focal) < high or start == 0 or end == width:
+            continue
+        if _is_upright(shot, gray, foot, (end - start) / 2):
+            thing = Thing("goalpost", "", 0.8, error=shot.error_on_floor(foot))
+            yield Found(thing, foot + (0.0, 0.0, _POST_MIDDLE), foot)
+
+
+def _is_upright(shot: Shot, gray: Array, foot: Array, half: float) -> bool:
+    """Return whether what stands at a place has edges and no color up to the height of the camera."""
+    height, width = gray.shape
+    heights = shot.eye[2] * np.array(_HEIGHTS)
+    u, v = shot.pixels_of(foot + np.outer(heights, (0.0, 0.0, 1.0))).T
+    rows = np.rint(v).astype(int)
+    reach = half + 2.0
+    if rows.min() < 0 or rows.max() >= height or u.min() < reach or u.max() > width - 1 - reach:
+        return False
+    middles = np.rint(u).astype(int)
+    if shot.hsv[rows, middles, 1].max() > _COLORLESS:
+        return False
+    inner, outer = max(half - 1.0, 0.0), half + 1.5
+    edges = [
+        np.abs(gray[rows, np.rint(u + side * outer).astype(int)] - gray[rows, np.rint(u + side * inner).astype(int)])
+        for side in (-1, 1)
+    ]
+    return bool(np.median(np.maximum(*edges)) > _CONTRAST)

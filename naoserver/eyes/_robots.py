@@ -23,8 +23,10 @@ _SHIRT: Final = 0.04
 """Share of that which has its color."""
 
 
-def find_robots(shot: Shot, looks: Looks, feet: Array) -> Iterator[Found]:
-    """Yield robots where feet are: x and y in m in the robot's frame, a row for each column."""
+def find_robots(shot: Shot, looks: Looks, feet: Array, posts: Array) -> Iterator[Found]:
+    """Yield robots where feet are: x and y in m in the robot's frame, a row for each column; but not at posts."""
+    for post in posts:
+        feet = feet[np.hypot(*(feet - post).T) > _APART]
     feet = feet[np.hypot(*(feet - shot.eye[:2]).T) > _NEAREST]
     feet = feet[np.argsort(np.hypot(*(feet - shot.eye[:2]).T))]
     while len(feet):

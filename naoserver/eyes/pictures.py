@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -88,14 +88,13 @@ def see(shot: Shot, looks: Looks) -> tuple[SeenThing, ...]:
     )
 
 
-def _on_field(shot: Shot, grass: Grass, looks: Looks) -> Iterator[Found]:
+def _on_field(shot: Shot, grass: Grass, looks: Looks) -> list[Found]:
     standing = find_standing(grass.green, grass.white, shot.to_floor, float(shot.eye[2]))
-    yield from find_robots(shot, looks, standing.feet)
+    posts = [*find_posts(shot, grass, looks.field.post)]
+    robots = find_robots(shot, looks, standing.feet, _rows([post.base for post in posts])[:, :2])
     free = Grass(grass.green & ~standing.hidden, grass.white & ~standing.hidden)
     points, lines = find_lines(shot, free, looks.field.line)
-    yield from lines
-    yield from find_crossings(shot, free, points)
-    yield from find_posts(shot, grass, looks.field.post)
+    return [*posts, *robots, *lines, *find_crossings(shot, free, points)]
 
 
 def _rows(places: list[Array]) -> Array:
