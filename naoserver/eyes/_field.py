@@ -193,7 +193,10 @@ def _is_upright(shot: Shot, gray: Array, foot: Array, half: float) -> bool:
         return False
     inner, outer = max(half - 1.0, 0.0), half + 1.5
     edges = [
-        np.abs(gray[rows, np.rint(u + side * outer).astype(int)] - gray[rows, np.rint(u + side * inner).astype(int)])
+        np.abs(
+            gray[rows, np.rint(u + side * outer).astype(int)]
+            - gray[rows, np.rint(u + side * inner).astype(int)]
+        )
         for side in (-1, 1)
     ]
     return bool(np.median(np.maximum(*edges)) > _CONTRAST)

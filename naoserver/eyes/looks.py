@@ -8,12 +8,16 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from naoserver.errors import RobotError
+from zenoh_ice import ZenohIceError
 from zenoh_ice.data.toml_file import parse_toml, read_text
 
 _Hue = Annotated[float, Meta(ge=0.0, le=360.0, description="write degrees from 0 to 360")]
 _Share = Annotated[float, Meta(ge=0.0, le=1.0, description="write a share from 0 to 1")]
 _Size = Annotated[float, Meta(gt=0.0, le=5.0, description="write m above 0, 5 at most")]
+
+
+class EyesError(ZenohIceError):
+    """Something that eyes cannot do; the text says why, and what to do."""
 
 
 class _Table(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -66,7 +70,7 @@ class Looks(_Table, frozen=True):
 
 
 def read_looks(path: Path | None = None) -> Looks:
-    """Return what a file says, by default eyes.toml. Raises RobotError that names file, line and key."""
+    """Return what a file says, by default eyes.toml. Raises EyesError that names file, line and key."""
     if path is None:
         path = Path(str(resources.files(__package__) / "eyes.toml"))
-    return parse_toml(read_text(path, RobotError), Looks, str(path), RobotError)
+    return parse_toml(read_text(path, EyesError), Looks, str(path), EyesError)
