@@ -18,7 +18,7 @@ _SMALLEST: Final = 2.0
 _ROUND: Final = 0.6, 0.85
 """Share of the circle round it that a region fills: a ball on a field, and one that may be in the air."""
 _SIZES: Final = (0.6, 1.5), (0.8, 1.2)
-"""Radius of a ball on the floor as a share of the expected one: on a field, where balls do not fly, and else."""
+"""Radius of a ball on the floor as a share of the expected one: on a field, where none flies, and else."""
 _CARPET: Final = 0.4, 0.6
 """Share of grass below a ball, from a distance in m: below the orange of a robot is a robot."""
 _ERROR: Final = 0.05

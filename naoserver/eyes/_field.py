@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from naoserver.bodies.sight import Array, Mask, Thing
-from naoserver.eyes._shot import Found, Grass, Numbers, Shot, horizon_of, on_floor, runs_of
+from naoserver.eyes._shot import Found, Grass, Shot, horizon_of, on_floor, runs_of
 
 _STEP: Final = 4
 """Pixels from one searched row or column to the next."""
@@ -134,7 +134,7 @@ def _straight(points: Array) -> list[_Line]:
 
 
 def _kind_of(shot: Shot, grass: Grass, place: Array, first: Array, second: Array) -> str:
-    """Return how lines cross at a place, L, T or X, by which of their four arms are white; empty if unknown."""
+    """Return how lines cross at a place, L, T or X, by which of four arms are white; empty if unknown."""
     arms = []
     for way in (first, -first, second, -second):
         pixels = shot.pixels_of(np.array([(*(place + far * way), 0.0) for far in _ARMS]))
@@ -176,7 +176,7 @@ def find_posts(shot: Shot, grass: Grass, radius: float) -> Iterator[Found]:
             continue
         if _is_upright(shot, gray, foot, (end - start) / 2):
             thing = Thing("goalpost", "", 0.8, error=shot.error_on_floor(foot))
-            yield Found(thing, foot + (0.0, 0.0, _POST_MIDDLE), foot)
+            yield Found(thing, np.array((*foot[:2], _POST_MIDDLE)), foot)
 
 
 def _is_upright(shot: Shot, gray: Array, foot: Array, half: float) -> bool:

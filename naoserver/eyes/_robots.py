@@ -24,7 +24,7 @@ _SHIRT: Final = 0.04
 
 
 def find_robots(shot: Shot, looks: Looks, feet: Array, posts: Array) -> Iterator[Found]:
-    """Yield robots where feet are: x and y in m in the robot's frame, a row for each column; but not at posts."""
+    """Yield robots where feet are, and no posts: x and y in m in the robot's frame, a row for each."""
     for post in posts:
         feet = feet[np.hypot(*(feet - post).T) > _APART]
     feet = feet[np.hypot(*(feet - shot.eye[:2]).T) > _NEAREST]
@@ -36,19 +36,19 @@ def find_robots(shot: Shot, looks: Looks, feet: Array, posts: Array) -> Iterator
             continue
         x, y = np.median(own, axis=0).tolist()
         base = np.array((x, y, 0.0))
-        shirt, share = _shirt(shot, looks, base)
+        shirt = _shirt(shot, looks, base)
         thing = Thing("robot", shirt, 0.9 if shirt else 0.5, error=shot.error_on_floor(base))
-        yield Found(thing, base + (0.0, 0.0, looks.robots.height), base)
+        yield Found(thing, np.array((x, y, looks.robots.height)), base)
 
 
-def _shirt(shot: Shot, looks: Looks, base: Array) -> tuple[str, float]:
-    """Return the color above a place on the floor, and its share; the color is empty if there is none."""
+def _shirt(shot: Shot, looks: Looks, base: Array) -> str:
+    """Return the color above a place on the floor; empty if there is none."""
     wide, low, high = _SHIRT_PLACE
     way = (base - shot.eye)[:2]
     aside = wide * np.array((-way[1], way[0], 0.0)) / np.hypot(*way)
     corners = shot.pixels_of(np.array((base + aside + (0.0, 0.0, high), base - aside + (0.0, 0.0, low))))
     if np.isnan(corners).any():
-        return "", 0.0
+        return ""
     (left, top), (right, bottom) = np.clip(corners, 0, shot.pixels.shape[1::-1]).astype(int).tolist()
     shares = {
         name: float(shot.masks(looks.colors[name])[top:bottom, left:right].mean()) / 255.0
@@ -56,4 +56,4 @@ def _shirt(shot: Shot, looks: Looks, base: Array) -> tuple[str, float]:
         if bottom > top and right > left
     }
     best = max(shares, key=shares.__getitem__, default="")
-    return (best, shares[best]) if best and shares[best] > _SHIRT else ("", 0.0)
+    return best if best and shares[best] > _SHIRT else ""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from interfaces.jderobot import CameraDescription, FloorPoint, ImageData
 from naoserver.bodies.parts import CameraFacts
 from naoserver.bodies.sight import Array, CameraPlace, Mask, Thing
 from naoserver.eyes.looks import FieldLooks, Tint
@@ -25,16 +26,6 @@ _STEP: Final = 4
 """Pixels from one row or column to the next of those that say how bright grass is."""
 _FIELD: Final = 0.2
 """Share of a picture that is grass where it shows a field."""
-
-
-class FloorPoint(Protocol):
-    """The result of `Camera.getFloorPoint`."""
-
-    x: float
-    y: float
-    distance: float
-    pan: float
-    tilt: float
 
 
 class Found(NamedTuple):
@@ -72,7 +63,7 @@ class Shot(NamedTuple):
 
     @property
     def to_floor(self) -> Array:
-        """Leads from column, row, 1 to x, y, 1 on the floor, times a number that is positive below the horizon."""
+        """Leads from column, row, 1 to x, y, 1 on the floor, times what is positive below the horizon."""
         x, y, z = self.eye
         return np.asarray(np.array(((z, 0.0, -x), (0.0, z, -y), (0.0, 0.0, -1.0))) @ self.rays)
 
@@ -112,8 +103,12 @@ def in_tint(hsv: Pixels, tint: Tint, least: float = 0.0) -> Pixels:
 
 
 def take(
-    camera: str, image: Any, description: Any, floor_point: Callable[..., FloorPoint], looks: FieldLooks
-) -> Shot | None:  # noqa: ANN401 - structs of an interface
+    camera: str,
+    image: ImageData,
+    description: CameraDescription,
+    floor_point: Callable[[float, float, float], FloorPoint],
+    looks: FieldLooks,
+) -> Shot | None:
     """Return a picture, given what a camera answers; None if that does not say where the camera is."""
     width, height = image.description.width, image.description.height
     pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)

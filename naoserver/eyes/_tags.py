@@ -30,5 +30,6 @@ def find_tags(shot: Shot, looks: Looks) -> Iterator[Found]:
     for (square,), (number,) in zip(corners, () if numbers is None else numbers.tolist(), strict=True):
         side = float(np.hypot(*(square - np.roll(square, 1, axis=0)).T).max())
         away = looks.tags.size * shot.focal / side
-        middle = shot.at_distance(*square.mean(axis=0).tolist(), away)
+        u, v = square.mean(axis=0).tolist()
+        middle = shot.at_distance(u, v, away)
         yield Found(Thing("tag", str(number), 1.0, error=_ERROR * away), middle, middle * (1.0, 1.0, 0.0))

@@ -5,17 +5,17 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Mapping
-from typing import Any, Final, Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
-from interfaces.jderobot import HardwareFailedException
+from interfaces.jderobot import CameraDescription, FloorPoint, HardwareFailedException, ImageData
 from naoserver.bodies.capabilities import SeenThing, SightReading
 from naoserver.bodies.sight import Array
 from naoserver.eyes._balls import find_balls
 from naoserver.eyes._field import find_crossings, find_lines, find_posts
 from naoserver.eyes._robots import find_robots
-from naoserver.eyes._shot import FloorPoint, Found, Grass, Shot, take
+from naoserver.eyes._shot import Found, Grass, Shot, take
 from naoserver.eyes._standing import find_standing
 from naoserver.eyes._tags import find_tags
 from naoserver.eyes.looks import Looks
@@ -26,16 +26,16 @@ _logger = logging.getLogger(__name__)
 class PictureCamera(Protocol):
     """A camera on the robot: a CameraPrx, or what answers as one."""
 
-    def getImageData(self, format: str) -> Any: ...  # noqa: ANN401, D102
-    def getCameraDescription(self) -> Any: ...  # noqa: ANN401, D102
+    def getImageData(self, format: str) -> ImageData: ...  # noqa: D102
+    def getCameraDescription(self) -> CameraDescription: ...  # noqa: D102
     def getFloorPoint(self, u: float, v: float, height: float) -> FloorPoint: ...  # noqa: D102
 
 
 class PictureEyes:
     """See balls, robots, tags and a soccer field in the pictures of cameras. Implements `capabilities.Eyes`.
 
-    Each picture is looked at once. What a camera shows whose hardware fails is not seen, and the log says why;
-    the exceptions of lost calls are raised. Thread-safe.
+    Each picture is looked at once. What a camera shows whose hardware fails is not seen, and the log says
+    why; the exceptions of lost calls are raised. Thread-safe.
     """
 
     def __init__(self, cameras: Mapping[str, PictureCamera], looks: Looks) -> None:

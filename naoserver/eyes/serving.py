@@ -6,12 +6,17 @@ import logging
 import threading
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
-from interfaces.jderobot import CameraPrx, ConfigurationNotExistException
-from interfaces.nao import SafetyPrx, SightPrx
+from interfaces.jderobot import (
+    CameraDescription,
+    CameraPrx,
+    ConfigurationNotExistException,
+    FloorPoint,
+    ImageData,
+)
+from interfaces.nao import SafetyPrx
 from naoserver.bodies.capabilities import SightReading
-from naoserver.eyes._shot import FloorPoint
 from naoserver.eyes.looks import EyesError, Looks
 from naoserver.eyes.pictures import PictureEyes
 from naoserver.serving.sight import SightI
@@ -39,10 +44,10 @@ class _Followed:
 
     def __init__(self, camera: CameraPrx) -> None:
         self._camera = camera
-        self.getCameraDescription: Final[Callable[[], Any]] = camera.getCameraDescription
+        self.getCameraDescription: Final[Callable[[], CameraDescription]] = camera.getCameraDescription
         self.getFloorPoint: Final[Callable[[float, float, float], FloorPoint]] = camera.getFloorPoint
 
-    def getImageData(self, format: str) -> Any:  # noqa: ANN401
+    def getImageData(self, format: str) -> ImageData:
         """Return the newest picture; without one, the call brings it, or says why there is none."""
         sample = self._camera.getImageData.latest()
         fresh = sample is not None and sample.age < _OLDEST
@@ -115,8 +120,8 @@ def _cameras(communicator: Communicator) -> dict[str, _Followed]:
     for info in communicator.servants():
         if info.identity == IDENTITY and info.server != communicator.client_id:
             raise EyesError(
-                f"realm {communicator.realm!r} has a servant {SightPrx.ice_interface.type_id} {IDENTITY!r} already:"
-                " a simulation serves its own, unless it is started as naoserver-sim --no-sight"
+                f"realm {communicator.realm!r} has a servant {IDENTITY} already: a simulation serves its own,"
+                " unless it is started as naoserver-sim --no-sight"
             )
         if kind in info.interfaces:
             camera = CameraPrx.uncheckedCast(communicator.stringToProxy(info.identity))
@@ -126,7 +131,5 @@ def _cameras(communicator: Communicator) -> dict[str, _Followed]:
                 continue  # it is beside the robot
             found[info.identity] = _Followed(camera)
     if not found:
-        raise EyesError(
-            f"the robot of realm {communicator.realm!r} has no camera: there is nothing to see with"
-        )
+        raise EyesError(f"the robot of realm {communicator.realm!r} has no camera to see with")
     return dict(sorted(found.items()))
