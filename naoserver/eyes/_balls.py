@@ -27,13 +27,10 @@ _ERROR: Final = 0.05
 
 def find_balls(shot: Shot, looks: Looks) -> Iterator[Found]:
     """Yield the balls of all colors."""
+    grass = looks.field.grass.hue
     for color, radius in looks.balls.items():
         tint = looks.colors[color]
-        if (
-            shot.grass is not None
-            and tint.hue[0] < looks.field.grass.hue[1]
-            and tint.hue[1] > looks.field.grass.hue[0]
-        ):
+        if shot.grass is not None and tint.hue[0] < grass[1] and grass[0] < tint.hue[1]:
             continue  # grass would be one
         mask = cv2.morphologyEx(shot.masks(tint), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
         regions, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)

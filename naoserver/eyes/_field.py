@@ -24,18 +24,24 @@ _FARTHEST: Final = 4.0
 _MOST_LINES: Final = 30
 """Most places on lines in a picture."""
 
-# -- crossings, on a map of the floor
-_CELL: Final = 0.02
-"""Side of a pixel of the map in m."""
-_CROSSES: Final = 2.5
+# -- crossings
+_CELL: Final = 0.03
+"""Distance in m from a line up to which points are on it."""
+_TURNS: Final = 60
+"""Directions of lines that are tried."""
+_ENOUGH: Final = 6
+"""Fewest points on a line."""
+_MOST_STRAIGHT: Final = 6
+"""Most lines in a picture."""
+_CROSSES: Final = 3.0
 """Distance in m up to which lines are seen to cross."""
-_SHORTEST: Final = 0.3
+_SHORTEST: Final = 0.2
 """Length in m of the shortest line."""
 _SQUARE: Final = math.radians(75.0)
 """Least angle between lines that cross."""
 _REACH: Final = 0.3
 """Distance in m from its ends up to which a line may cross another."""
-_ARMS: Final = 0.12, 0.16, 0.2
+_ARMS: Final = 0.1, 0.14, 0.18
 """Distances in m from a crossing at which a line that goes on is white."""
 _SAME: Final = 0.3
 """Distance in m within which two crossings are one."""
@@ -121,21 +127,35 @@ def find_crossings(shot: Shot, grass: Grass, points: Array) -> Iterator[Found]:
 
 
 def _straight(points: Array) -> list[_Line]:
-    """Return straight lines through points on the floor."""
-    near = points[np.hypot(*points.T) < _CROSSES]
-    side = round(2 * _CROSSES / _CELL)
-    image = np.zeros((side, side), np.uint8)
-    at = np.floor(near / _CELL + side / 2).astype(int)
-    image[at[:, 0], at[:, 1]] = 255
-    least = _SHORTEST / _CELL
-    lines = cv2.HoughLinesP(image, 2, math.pi / 90, 6, minLineLength=least, maxLineGap=least)
-    ends = np.empty((0, 4)) if lines is None else (lines.reshape(-1, 4) + 0.5 - side / 2) * _CELL
-    return [_Line(np.array((a, b)), np.array((c, d))) for b, a, d, c in ends.tolist()]
+    """Return straight lines through points on the floor, those with the most points first."""
+    left = points[np.hypot(*points.T) < _CROSSES]
+    angles = np.arange(_TURNS) * math.pi / _TURNS
+    normals = np.stack((np.cos(angles), np.sin(angles)))
+    found: list[_Line] = []
+    while len(left) >= _ENOUGH and len(found) < _MOST_STRAIGHT:
+        cells = np.rint(left @ normals / _CELL).astype(int)
+        cells -= cells.min()
+        votes = np.zeros((cells.max() + 1, _TURNS), int)
+        np.add.at(votes, (cells, np.arange(_TURNS)), 1)
+        offset, turn = np.unravel_index(votes.argmax(), votes.shape)
+        on = np.abs(cells[:, turn] - offset) <= 1
+        if np.count_nonzero(on) < _ENOUGH:
+            break
+        middle = left[on].mean(axis=0)
+        _, _, (way, _) = np.linalg.svd(left[on] - middle)
+        along = (left - middle) @ way
+        on |= np.abs((left - middle) @ (-way[1], way[0])) < _CELL
+        begin, end = (middle + each * way for each in (along[on].min(), along[on].max()))
+        if np.linalg.norm(end - begin) > _SHORTEST:
+            found.append(_Line(begin, end))
+        left = left[~on]
+    return found
 
 
 def _kind_of(shot: Shot, grass: Grass, place: Array, first: Array, second: Array) -> str:
     """Return how lines cross at a place, L, T or X, by which of four arms are white; empty if unknown."""
     arms = []
+    bright = cv2.dilate(grass.white.view(np.uint8), np.ones((3, 3), np.uint8))
     for way in (first, -first, second, -second):
         pixels = shot.pixels_of(np.array([(*(place + far * way), 0.0) for far in _ARMS]))
         if np.isnan(pixels).any():
@@ -144,10 +164,10 @@ def _kind_of(shot: Shot, grass: Grass, place: Array, first: Array, second: Array
         height, width = grass.white.shape
         if u.min() < 0 or v.min() < 0 or u.max() >= width or v.max() >= height:
             return ""
-        white, green = grass.white[v, u], grass.green[v, u]
-        if not (white.all() or green.all()):
+        white, green = np.count_nonzero(bright[v, u]), np.count_nonzero(grass.green[v, u])
+        if max(white, green) < len(_ARMS) - 1:
             return ""
-        arms.append(bool(white.all()))
+        arms.append(bool(white >= green))
     if not (arms[0] or arms[1]) or not (arms[2] or arms[3]):
         return ""
     return _NAMES[sum(arms)]
@@ -192,11 +212,9 @@ def _is_upright(shot: Shot, gray: Array, foot: Array, half: float) -> bool:
     if shot.hsv[rows, middles, 1].max() > _COLORLESS:
         return False
     inner, outer = max(half - 1.0, 0.0), half + 1.5
-    edges = [
-        np.abs(
-            gray[rows, np.rint(u + side * outer).astype(int)]
-            - gray[rows, np.rint(u + side * inner).astype(int)]
-        )
-        for side in (-1, 1)
-    ]
+
+    def at(aside: float) -> Array:
+        return np.asarray(gray[rows, np.rint(u + aside).astype(int)])
+
+    edges = [np.abs(at(side * outer) - at(side * inner)) for side in (-1, 1)]
     return bool(np.median(np.maximum(*edges)) > _CONTRAST)

@@ -11,8 +11,14 @@ from naoserver.bodies.sight import Array, Thing
 from naoserver.eyes._shot import Found, Shot
 from naoserver.eyes.looks import Looks
 
-_APART: Final = 0.4
+_APART: Final = 0.3
 """Distance in m between the feet of two robots."""
+_HANDS: Final = 0.3
+"""How far in m its hands reach aside."""
+_FARTHER: Final = 1.25
+"""How much farther than its feet that seems to be which its hands hide."""
+_BALL: Final = 0.2
+"""Distance in m from the middle of a ball that hides grass."""
 _COLUMNS: Final = 2
 """Searched columns that show a robot; fewer show something narrow."""
 _NEAREST: Final = 0.35
@@ -23,21 +29,27 @@ _SHIRT: Final = 0.04
 """Share of that which has its color."""
 
 
-def find_robots(shot: Shot, looks: Looks, feet: Array, posts: Array) -> Iterator[Found]:
-    """Yield robots where feet are, and no posts: x and y in m in the robot's frame, a row for each."""
-    for post in posts:
-        feet = feet[np.hypot(*(feet - post).T) > _APART]
-    feet = feet[np.hypot(*(feet - shot.eye[:2]).T) > _NEAREST]
-    feet = feet[np.argsort(np.hypot(*(feet - shot.eye[:2]).T))]
-    while len(feet):
-        beside = np.hypot(*(feet - feet[0]).T) < _APART
-        own, feet = feet[beside], feet[~beside]
-        if len(own) < _COLUMNS:
+def find_robots(shot: Shot, looks: Looks, feet: Array, balls: Array) -> Iterator[Found]:
+    """Yield robots where feet are, and no balls: x and y in m in the robot's frame, a row for each.
+
+    What is behind the nearest of some feet is taken for its hands: they hide grass that is farther away.
+    """
+    for ball in balls:
+        feet = feet[np.hypot(*(feet - ball).T) > _BALL]
+    ways = feet - shot.eye[:2]
+    away, turns = np.hypot(*ways.T), np.arctan2(ways[:, 1], ways[:, 0])
+    left = away > _NEAREST
+    while left.any():
+        nearest = int(np.where(left, away, np.inf).argmin())
+        own = left & (np.hypot(*(feet - feet[nearest]).T) < _APART)
+        aside = np.abs(np.remainder(turns - np.median(turns[own]) + np.pi, 2.0 * np.pi) - np.pi)
+        left &= ~own & ((aside > _HANDS / away[nearest]) | (away < _FARTHER * away[nearest]))
+        if np.count_nonzero(own) < _COLUMNS:
             continue
-        x, y = np.median(own, axis=0).tolist()
+        x, y = np.median(feet[own], axis=0).tolist()
         base = np.array((x, y, 0.0))
         shirt = _shirt(shot, looks, base)
-        thing = Thing("robot", shirt, 0.9 if shirt else 0.5, error=shot.error_on_floor(base))
+        thing = Thing("robot", shirt, 0.9 if shirt else 0.3, error=shot.error_on_floor(base))
         yield Found(thing, np.array((x, y, looks.robots.height)), base)
 
 

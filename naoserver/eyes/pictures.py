@@ -20,6 +20,9 @@ from naoserver.eyes._standing import find_standing
 from naoserver.eyes._tags import find_tags
 from naoserver.eyes.looks import Looks
 
+_SAME: Final = 0.4
+"""Distance in m within which a post and a robot are one."""
+
 _logger = logging.getLogger(__name__)
 
 
@@ -78,9 +81,10 @@ class PictureEyes:
 
 def see(shot: Shot, looks: Looks) -> tuple[SeenThing, ...]:
     """Return what a picture shows."""
-    found = [*find_balls(shot, looks), *find_tags(shot, looks)]
+    balls = [*find_balls(shot, looks)]
+    found = [*balls, *find_tags(shot, looks)]
     if shot.grass is not None:
-        found += _on_field(shot, shot.grass, looks)
+        found += _on_field(shot, shot.grass, looks, _rows([ball.base for ball in balls])[:, :2])
     return shot.place.see(
         [each.thing for each in found],
         _rows([each.middle for each in found]),
@@ -88,13 +92,20 @@ def see(shot: Shot, looks: Looks) -> tuple[SeenThing, ...]:
     )
 
 
-def _on_field(shot: Shot, grass: Grass, looks: Looks) -> list[Found]:
+def _on_field(shot: Shot, grass: Grass, looks: Looks, balls: Array) -> list[Found]:
     standing = find_standing(grass.green, grass.white, shot.to_floor, float(shot.eye[2]))
+    robots = [*find_robots(shot, looks, standing.feet, balls)]
     posts = [*find_posts(shot, grass, looks.field.post)]
-    robots = find_robots(shot, looks, standing.feet, _rows([post.base for post in posts])[:, :2])
+    # A leg may look like a post, and a post in the shade like a robot; a shirt says which it is.
+    posts = [post for post in posts if not any(_is_at(post, each) for each in robots if each.thing.name)]
+    robots = [each for each in robots if each.thing.name or not any(_is_at(post, each) for post in posts)]
     free = Grass(grass.green & ~standing.hidden, grass.white & ~standing.hidden)
     points, lines = find_lines(shot, free, looks.field.line)
     return [*posts, *robots, *lines, *find_crossings(shot, free, points)]
+
+
+def _is_at(one: Found, other: Found) -> bool:
+    return float(np.linalg.norm(one.base - other.base)) < _SAME
 
 
 def _rows(places: list[Array]) -> Array:
