@@ -1,11 +1,9 @@
-"""What a picture shows of a soccer field: places on lines, where lines cross, and posts of goals."""
+"""What a picture shows of a soccer field: places on lines, and posts of goals."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from itertools import combinations
-from typing import Final, NamedTuple
+from typing import Final
 
 import cv2
 import numpy as np
@@ -23,29 +21,6 @@ _FARTHEST: Final = 4.0
 """Distance in m up to which places on lines are used."""
 _MOST_LINES: Final = 30
 """Most places on lines in a picture."""
-
-# -- crossings
-_CELL: Final = 0.03
-"""Distance in m from a line up to which points are on it."""
-_TURNS: Final = 60
-"""Directions of lines that are tried."""
-_ENOUGH: Final = 6
-"""Fewest points on a line."""
-_MOST_STRAIGHT: Final = 6
-"""Most lines in a picture."""
-_CROSSES: Final = 3.0
-"""Distance in m up to which lines are seen to cross."""
-_SHORTEST: Final = 0.2
-"""Length in m of the shortest line."""
-_SQUARE: Final = math.radians(75.0)
-"""Least angle between lines that cross."""
-_REACH: Final = 0.3
-"""Distance in m from its ends up to which a line may cross another."""
-_ARMS: Final = 0.1, 0.14, 0.18
-"""Distances in m from a crossing at which a line that goes on is white."""
-_SAME: Final = 0.3
-"""Distance in m within which two crossings are one."""
-_NAMES: Final = {4: "X", 3: "T", 2: "L"}
 
 # -- posts
 _BEYOND: Final = 30.0
@@ -66,25 +41,12 @@ _POST_MIDDLE: Final = 0.4
 """Height in m of the middle of a post."""
 
 
-class _Line(NamedTuple):
-    begin: Array
-    end: Array
-
-    @property
-    def way(self) -> Array:
-        return np.asarray((self.end - self.begin) / np.linalg.norm(self.end - self.begin))
-
-
-def find_lines(shot: Shot, grass: Grass, width: float) -> tuple[Array, Iterator[Found]]:
-    """Return places on lines `width` m wide, x and y in m in the robot's frame, and some of them as found."""
+def find_lines(shot: Shot, grass: Grass, width: float) -> Iterator[Found]:
+    """Yield places on the middle of lines `width` m wide."""
     points = _line_points(grass.green, grass.white, shot.to_floor, width)
-    some = points[:: 1 + len(points) // _MOST_LINES]
-    return points, (_on_floor(shot, "line", "", 0.8, point) for point in some)
-
-
-def _on_floor(shot: Shot, kind: str, name: str, certainty: float, point: Array) -> Found:
-    place = np.array((*point, 0.0))
-    return Found(Thing(kind, name, certainty, error=shot.error_on_floor(place)), place, place)
+    for x, y in points[:: 1 + len(points) // _MOST_LINES].tolist():
+        place = np.array((x, y, 0.0))
+        yield Found(Thing("line", "", 0.8, error=shot.error_on_floor(place)), place, place)
 
 
 def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Array:
@@ -105,72 +67,6 @@ def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Arr
         near = np.hypot(*floor[2].T) < _FARTHEST
         found.append(floor[2][near & (wide > _WIDTHS[0]) & (wide < _WIDTHS[1])])
     return np.concatenate(found)
-
-
-def find_crossings(shot: Shot, grass: Grass, points: Array) -> Iterator[Found]:
-    """Yield where straight lines through points cross, if the picture shows how."""
-    found: list[Array] = []
-    for first, second in combinations(_straight(points), 2):
-        if abs(float(first.way @ second.way)) > math.cos(_SQUARE):
-            continue
-        along = np.linalg.solve(np.column_stack((first.way, -second.way)), second.begin - first.begin)
-        lengths = [np.linalg.norm(line.end - line.begin) for line in (first, second)]
-        if not all(-_REACH < at < length + _REACH for at, length in zip(along, lengths, strict=True)):
-            continue
-        place = first.begin + along[0] * first.way
-        if any(np.linalg.norm(place - other) < _SAME for other in found):
-            continue
-        name = _kind_of(shot, grass, place, first.way, second.way)
-        if name:
-            found.append(place)
-            yield _on_floor(shot, "crossing", name, 0.8, place)
-
-
-def _straight(points: Array) -> list[_Line]:
-    """Return straight lines through points on the floor, those with the most points first."""
-    left = points[np.hypot(*points.T) < _CROSSES]
-    angles = np.arange(_TURNS) * math.pi / _TURNS
-    normals = np.stack((np.cos(angles), np.sin(angles)))
-    found: list[_Line] = []
-    while len(left) >= _ENOUGH and len(found) < _MOST_STRAIGHT:
-        cells = np.rint(left @ normals / _CELL).astype(int)
-        cells -= cells.min()
-        votes = np.zeros((cells.max() + 1, _TURNS), int)
-        np.add.at(votes, (cells, np.arange(_TURNS)), 1)
-        offset, turn = np.unravel_index(votes.argmax(), votes.shape)
-        on = np.abs(cells[:, turn] - offset) <= 1
-        if np.count_nonzero(on) < _ENOUGH:
-            break
-        middle = left[on].mean(axis=0)
-        _, _, (way, _) = np.linalg.svd(left[on] - middle)
-        along = (left - middle) @ way
-        on |= np.abs((left - middle) @ (-way[1], way[0])) < _CELL
-        begin, end = (middle + each * way for each in (along[on].min(), along[on].max()))
-        if np.linalg.norm(end - begin) > _SHORTEST:
-            found.append(_Line(begin, end))
-        left = left[~on]
-    return found
-
-
-def _kind_of(shot: Shot, grass: Grass, place: Array, first: Array, second: Array) -> str:
-    """Return how lines cross at a place, L, T or X, by which of four arms are white; empty if unknown."""
-    arms = []
-    bright = cv2.dilate(grass.white.view(np.uint8), np.ones((3, 3), np.uint8))
-    for way in (first, -first, second, -second):
-        pixels = shot.pixels_of(np.array([(*(place + far * way), 0.0) for far in _ARMS]))
-        if np.isnan(pixels).any():
-            return ""
-        u, v = np.rint(pixels).astype(int).T
-        height, width = grass.white.shape
-        if u.min() < 0 or v.min() < 0 or u.max() >= width or v.max() >= height:
-            return ""
-        white, green = np.count_nonzero(bright[v, u]), np.count_nonzero(grass.green[v, u])
-        if max(white, green) < len(_ARMS) - 1:
-            return ""
-        arms.append(bool(white >= green))
-    if not (arms[0] or arms[1]) or not (arms[2] or arms[3]):
-        return ""
-    return _NAMES[sum(arms)]
 
 
 def find_posts(shot: Shot, grass: Grass, radius: float) -> Iterator[Found]:

@@ -13,7 +13,7 @@ from interfaces.jderobot import CameraDescription, FloorPoint, HardwareFailedExc
 from naoserver.bodies.capabilities import SeenThing, SightReading
 from naoserver.bodies.sight import Array
 from naoserver.eyes._balls import find_balls
-from naoserver.eyes._field import find_crossings, find_lines, find_posts
+from naoserver.eyes._field import find_lines, find_posts
 from naoserver.eyes._robots import find_robots
 from naoserver.eyes._shot import Found, Grass, Shot, take
 from naoserver.eyes._standing import find_standing
@@ -100,8 +100,7 @@ def _on_field(shot: Shot, grass: Grass, looks: Looks, balls: Array) -> list[Foun
     posts = [post for post in posts if not any(_is_at(post, each) for each in robots if each.thing.name)]
     robots = [each for each in robots if each.thing.name or not any(_is_at(post, each) for post in posts)]
     free = Grass(grass.green & ~standing.hidden, grass.white & ~standing.hidden)
-    points, lines = find_lines(shot, free, looks.field.line)
-    return [*posts, *robots, *lines, *find_crossings(shot, free, points)]
+    return [*posts, *robots, *find_lines(shot, free, looks.field.line)]
 
 
 def _is_at(one: Found, other: Found) -> bool:
