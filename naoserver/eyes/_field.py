@@ -83,7 +83,7 @@ def find_posts(shot: Shot, grass: Grass, radius: float) -> Iterator[Found]:
     away[np.isnan(away) | (begins == 0)] = _BEYOND
     beside = cv2.morphologyEx(away[None].astype(np.float32), cv2.MORPH_CLOSE, np.ones((1, _WIDEST), np.uint8))
     _, starts, ends = runs_of(away[None] < _NEARER * beside)
-    gray = cv2.cvtColor(shot.pixels, cv2.COLOR_RGB2GRAY).astype(np.float64)
+    gray = cv2.cvtColor(cv2.blur(shot.pixels, (1, 3)), cv2.COLOR_RGB2GRAY).astype(np.float64)
     for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
         foot = np.array((*np.median(places[start:end], axis=0), 0.0))
         far = float(np.median(away[start:end]))
@@ -112,5 +112,5 @@ def _is_upright(shot: Shot, gray: Array, foot: Array, half: float) -> bool:
     def at(aside: float) -> Array:
         return np.asarray(gray[rows, np.rint(u + aside).astype(int)])
 
-    edges = [np.abs(at(side * outer) - at(side * inner)) for side in (-1, 1)]
-    return bool(np.median(np.maximum(*edges)) > _CONTRAST)
+    edges = [abs(float(np.mean(at(side * outer) - at(side * inner)))) for side in (-1, 1)]
+    return max(edges) > _CONTRAST

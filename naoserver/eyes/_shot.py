@@ -24,7 +24,7 @@ _HEIGHTS: Final = (0.0, -1.0), (10.0, 20.0)
 """Two heights in m through which a ray passes that looks down, and up."""
 _STEP: Final = 4
 """Pixels from one row or column to the next of those that say how bright grass is."""
-_FIELD: Final = 0.2
+_FIELD: Final = 0.06
 """Share of a picture that is grass where it shows a field."""
 
 

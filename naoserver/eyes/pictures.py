@@ -20,8 +20,8 @@ from naoserver.eyes._standing import find_standing
 from naoserver.eyes._tags import find_tags
 from naoserver.eyes.looks import Looks
 
-_SAME: Final = 0.4
-"""Distance in m within which a post and a robot are one."""
+_WIDE: Final = 0.35
+"""How far in m what stands may hide the grass aside."""
 
 _logger = logging.getLogger(__name__)
 
@@ -84,7 +84,7 @@ def see(shot: Shot, looks: Looks) -> tuple[SeenThing, ...]:
     balls = [*find_balls(shot, looks)]
     found = [*balls, *find_tags(shot, looks)]
     if shot.grass is not None:
-        found += _on_field(shot, shot.grass, looks, _rows([ball.base for ball in balls])[:, :2])
+        found += _on_field(shot, shot.grass, looks, balls)
     return shot.place.see(
         [each.thing for each in found],
         _rows([each.middle for each in found]),
@@ -92,19 +92,27 @@ def see(shot: Shot, looks: Looks) -> tuple[SeenThing, ...]:
     )
 
 
-def _on_field(shot: Shot, grass: Grass, looks: Looks, balls: Array) -> list[Found]:
+def _on_field(shot: Shot, grass: Grass, looks: Looks, balls: list[Found]) -> list[Found]:
     standing = find_standing(grass.green, grass.white, shot.to_floor, float(shot.eye[2]))
-    robots = [*find_robots(shot, looks, standing.feet, balls)]
+    robots = [*find_robots(shot, looks, standing.feet, _rows([each.base for each in balls])[:, :2])]
     posts = [*find_posts(shot, grass, looks.field.post)]
-    # A leg may look like a post, and a post in the shade like a robot; a shirt says which it is.
-    posts = [post for post in posts if not any(_is_at(post, each) for each in robots if each.thing.name)]
-    robots = [each for each in robots if each.thing.name or not any(_is_at(post, each) for post in posts)]
+    # A post in the shade looks like a robot without a shirt, and a ball or a hand like a post.
+    others = [*balls, *(robot for robot in robots if robot.thing.name)]
+    posts = [post for post in posts if not any(_hides(each, post, shot.eye) for each in others)]
+    robots = [
+        each for each in robots if each.thing.name or not any(_hides(post, each, shot.eye) for post in posts)
+    ]
     free = Grass(grass.green & ~standing.hidden, grass.white & ~standing.hidden)
     return [*posts, *robots, *find_lines(shot, free, looks.field.line)]
 
 
-def _is_at(one: Found, other: Found) -> bool:
-    return float(np.linalg.norm(one.base - other.base)) < _SAME
+def _hides(one: Found, other: Found, eye: Array) -> bool:
+    """Return whether something is at or before another thing."""
+    (x, y, _), (u, v, _) = one.base - eye, other.base - eye
+    return bool(
+        abs(np.remainder(np.arctan2(v, u) - np.arctan2(y, x) + np.pi, 2.0 * np.pi) - np.pi) * np.hypot(x, y)
+        < _WIDE
+    )
 
 
 def _rows(places: list[Array]) -> Array:
