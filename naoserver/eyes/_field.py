@@ -112,5 +112,5 @@ def _is_upright(shot: Shot, gray: Array, foot: Array, half: float) -> bool:
     def at(aside: float) -> Array:
         return np.asarray(gray[rows, np.rint(u + aside).astype(int)])
 
-    edges = [abs(float(np.mean(at(side * outer) - at(side * inner)))) for side in (-1, 1)]
-    return max(edges) > _CONTRAST
+    edges = [np.abs(at(side * outer) - at(side * inner)) for side in (-1, 1)]
+    return bool(np.median(np.maximum(*edges)) > _CONTRAST)

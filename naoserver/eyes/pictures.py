@@ -20,7 +20,7 @@ from naoserver.eyes._standing import find_standing
 from naoserver.eyes._tags import find_tags
 from naoserver.eyes.looks import Looks
 
-_WIDE: Final = 0.35
+_WIDE: Final = 0.2
 """How far in m what stands may hide the grass aside."""
 
 _logger = logging.getLogger(__name__)
