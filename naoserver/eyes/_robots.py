@@ -46,7 +46,8 @@ def find_robots(shot: Shot, looks: Looks, feet: Array, balls: Array) -> Iterator
         left &= ~own & ((aside > _HANDS / away[nearest]) | (away < _FARTHER * away[nearest]))
         if np.count_nonzero(own) < _COLUMNS:
             continue
-        x, y = np.median(feet[own], axis=0).tolist()
+        way = np.median(ways[own], axis=0)
+        x, y = (shot.eye[:2] + way * (1.0 + looks.robots.depth / np.hypot(*way))).tolist()
         base = np.array((x, y, 0.0))
         shirt = _shirt(shot, looks, base)
         thing = Thing("robot", shirt, 0.9 if shirt else 0.3, error=shot.error_on_floor(base))

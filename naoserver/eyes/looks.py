@@ -41,9 +41,13 @@ class FieldLooks(_Table, frozen=True):
 
 
 class RobotLooks(_Table, frozen=True):
-    """Other robots: the colors that their shirts may have, and how high their middle is in m."""
+    """Other robots: the colors that their shirts may have, and where their middle is in m.
+
+    That is behind the edge of their feet, and above the floor.
+    """
 
     shirts: tuple[str, ...]
+    depth: _Size
     height: _Size
 
 
