@@ -16,7 +16,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -28,13 +28,10 @@ from naoserver.bodies.parts import SEEN, Sight
 from naoserver.errors import InvalidCommand
 from naoserver.eyes.looks import read_looks
 from naoserver.eyes.pictures import PictureEyes
-from naoserver.options import CameraOptions
-from naoserver.safety._event_log import EventLog
-from naoserver.serving.camera import BodyHistory, CameraI
 from naoserver_sim._senses.sight import SimulatedEyes
 from naoserver_sim.arena import Arena
-from naoserver_sim.robot import ArenaRobot
 from naoserver_sim.world import Light, LooseBall, World, load_world
+from tests.support.local_camera import local_cameras
 from zenoh_ice import VirtualClock
 
 LIGHTS: Final = {"bright": Light(), "dim": Light(brightness=0.25, ambient=0.12)}
@@ -50,19 +47,6 @@ CERTAIN: Final = 0.35
 RUNS: Final = 5
 
 Array = NDArray[np.float64]
-
-
-class LocalCamera:
-    """The camera of a robot in this process, with the operations of a CameraPrx."""
-
-    def __init__(self, robot: ArenaRobot, name: str) -> None:
-        facts = next(camera for camera in robot.body.cameras if camera.name == name)
-        now = robot.clock.now
-        history = BodyHistory(robot, lambda: None)
-        self._servant: Any = CameraI(robot, facts, CameraOptions(), EventLog(now, now), history)
-
-    def __getattr__(self, operation: str) -> Any:  # noqa: ANN401
-        return lambda *arguments: getattr(self._servant, operation)(*arguments, None)
 
 
 class Scene(NamedTuple):
@@ -99,7 +83,7 @@ def scenes(count: int, seed: int) -> Iterator[Scene]:
             model = dataclasses.replace(robot._model, body=body)
             truth = SimulatedEyes(model, robot._simulator, noise=False, seed=None)
             imitated = SimulatedEyes(robot._model, robot._simulator, noise=True, seed=seed + run)
-            cameras = {each.name: LocalCamera(robot, each.name) for each in robot.body.cameras}
+            cameras = local_cameras(robot)
             eyes = PictureEyes(cameras, looks)
             for _ in range(count // (4 * RUNS * len(cameras))):
                 shuffle(arena, random)
@@ -179,15 +163,15 @@ class Count:
         self.pictures += 1
         left = [each for each in seen if each.kind == kind and each.certainty >= CERTAIN]
         for thing in (each for each in scene.truth if each.kind == kind):
-            found = min(left, key=lambda each: _angle(each, thing), default=None)
-            matches = found is not None and _angle(found, thing) < NEAR[kind]
-            if matches:
+            near = [each for each in left if _angle(each, thing) < NEAR[kind]]
+            found = min(near, key=lambda each: _angle(each, thing), default=None)
+            if found is not None:
                 left.remove(found)
             share = thing.certainty / (1.0 - thing.distance / 24.0)  # of it that nothing hides
             if thing.distance > FARTHEST or share < WHOLE:
                 continue
             self.there += 1
-            if not matches:
+            if found is None:
                 self.missed += 1
                 continue
             self.named += found.name == thing.name
