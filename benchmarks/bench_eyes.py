@@ -75,7 +75,8 @@ def scenes(count: int, seed: int) -> Iterator[Scene]:
     for (name, world), noise, run in itertools.product(worlds(), (False, True), range(RUNS)):
         kind = f"{name}, noise" if noise else name
         random = np.random.default_rng((seed, run))
-        arena = Arena(world, clock=VirtualClock(), noise=noise, seed=seed + run)
+        clock = VirtualClock()
+        arena = Arena(world, clock=clock, noise=noise, seed=seed + run)
         with closing(arena):
             arena.start()
             robot = arena.robots[0]
@@ -86,7 +87,7 @@ def scenes(count: int, seed: int) -> Iterator[Scene]:
             cameras = local_cameras(robot)
             eyes = PictureEyes(cameras, looks)
             for _ in range(count // (4 * RUNS * len(cameras))):
-                shuffle(arena, random)
+                shuffle(arena, clock, random)
                 there = truth.look().things
                 seen = {"pictures": eyes.look().things, "imitated": imitated.look().things}
                 for camera in cameras:
@@ -113,34 +114,34 @@ def places_in(arena: Arena, world: World) -> dict[str, Array]:
     return {kind: (np.array(places) - (x, y)) @ to_frame.T for kind, places in found.items()}
 
 
-def shuffle(arena: Arena, random: np.random.Generator) -> None:
+def shuffle(arena: Arena, clock: VirtualClock, random: np.random.Generator) -> None:
     """Put everything somewhere: two balls before the first robot, others farther away, and turn its head."""
     robot = arena.robots[0]
     x, y, heading = random.uniform(-4.0, 4.0), random.uniform(-2.7, 2.7), random.uniform(-math.pi, math.pi)
-    _place(arena, robot.name, x, y, heading)
+    _place(arena, clock, robot.name, x, y, heading)
 
     def somewhere(nearest: float) -> tuple[float, float]:
         way, angle = random.uniform(nearest, FARTHEST), heading + random.uniform(-0.5, 0.5)
         return _on_grass(x + way * math.cos(angle), 4.9), _on_grass(y + way * math.sin(angle), 3.4)
 
     for other in arena.robots[1:]:
-        _place(arena, other.name, *somewhere(0.8), random.uniform(-math.pi, math.pi))
+        _place(arena, clock, other.name, *somewhere(0.8), random.uniform(-math.pi, math.pi))
     for ball in ("Ball", "Second"):
         with suppress(InvalidCommand):  # below a robot
             arena.place_object(ball, (*somewhere(0.3), 0.05))
     head = {"HeadYaw": random.uniform(-0.5, 0.5), "HeadPitch": random.uniform(-0.1, 0.4)}
     robot.command_positions(head, dict.fromkeys(head, 3.0))
-    arena.clock.advance(1.0)  # balls and the head rest, and the exposure adapts
+    clock.advance(1.0)  # balls and the head rest, and the exposure adapts
 
 
 def _on_grass(place: float, end: float) -> float:
     return min(max(place, -end), end)
 
 
-def _place(arena: Arena, name: str, x: float, y: float, heading: float) -> None:
+def _place(arena: Arena, clock: VirtualClock, name: str, x: float, y: float, heading: float) -> None:
     with suppress(InvalidCommand):  # somebody stands there
         arena.place(name, x, y, heading)
-    arena.clock.advance(0.02)
+    clock.advance(0.02)
 
 
 @dataclasses.dataclass

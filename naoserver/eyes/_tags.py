@@ -27,7 +27,8 @@ def _detector() -> Any:  # noqa: ANN401 - of OpenCV
 def find_tags(shot: Shot, looks: Looks) -> Iterator[Found]:
     """Yield the tags; the longest of its sides, which are seen obliquely, says how far one is."""
     corners, numbers, _ = _detector().detectMarkers(cv2.cvtColor(shot.pixels, cv2.COLOR_RGB2GRAY))
-    for (square,), (number,) in zip(corners, () if numbers is None else numbers.tolist(), strict=True):
+    found = [] if numbers is None else np.ravel(numbers).tolist()  # in a column, or a row since OpenCV 5
+    for square, number in zip(np.reshape(corners, (-1, 4, 2)), found, strict=True):
         side = float(np.hypot(*(square - np.roll(square, 1, axis=0)).T).max())
         away = looks.tags.size * shot.focal / side
         u, v = square.mean(axis=0).tolist()
