@@ -118,14 +118,14 @@ def shuffle(arena: Arena, clock: VirtualClock, random: np.random.Generator) -> N
     """Put everything somewhere: two balls before the first robot, others farther away, and turn its head."""
     robot = arena.robots[0]
     x, y, heading = random.uniform(-4.0, 4.0), random.uniform(-2.7, 2.7), random.uniform(-math.pi, math.pi)
-    _place(arena, clock, robot.name, x, y, heading)
+    _place(arena, clock, robot.name, (x, y, heading))
 
     def somewhere(nearest: float) -> tuple[float, float]:
         way, angle = random.uniform(nearest, FARTHEST), heading + random.uniform(-0.5, 0.5)
         return _on_grass(x + way * math.cos(angle), 4.9), _on_grass(y + way * math.sin(angle), 3.4)
 
     for other in arena.robots[1:]:
-        _place(arena, clock, other.name, *somewhere(0.8), random.uniform(-math.pi, math.pi))
+        _place(arena, clock, other.name, (*somewhere(0.8), random.uniform(-math.pi, math.pi)))
     for ball in ("Ball", "Second"):
         with suppress(InvalidCommand):  # below a robot
             arena.place_object(ball, (*somewhere(0.3), 0.05))
@@ -138,9 +138,9 @@ def _on_grass(place: float, end: float) -> float:
     return min(max(place, -end), end)
 
 
-def _place(arena: Arena, clock: VirtualClock, name: str, x: float, y: float, heading: float) -> None:
+def _place(arena: Arena, clock: VirtualClock, name: str, pose: tuple[float, float, float]) -> None:
     with suppress(InvalidCommand):  # somebody stands there
-        arena.place(name, x, y, heading)
+        arena.place(name, *pose)
     clock.advance(0.02)
 
 
