@@ -38,7 +38,7 @@ LIGHTS: Final = {"bright": Light(), "dim": Light(brightness=0.25, ambient=0.12)}
 """The light of a hall, and a third of it."""
 FARTHEST: Final = 4.0
 """Distance in m up to which all counts."""
-NEAR: Final = {"ball": 0.07, "robot": 0.2, "goalpost": 0.15}
+NEAR: Final = {"ball": 0.07, "robot": 0.2}
 """Kinds, and the angle in rad within which what is seen is what is there."""
 WHOLE: Final = 0.95
 """Share of a thing that shows, from which it counts as missed if it is not seen."""
@@ -103,11 +103,11 @@ def scenes(count: int, seed: int) -> Iterator[Scene]:
 
 
 def places_in(arena: Arena, world: World) -> dict[str, Array]:
-    """Return where balls, robots and posts are, in the frame of the first robot."""
+    """Return where balls and robots are, in the frame of the first robot."""
     truth = arena.robots[0].stage.truth()
     (x, y, _), turn = truth.torso.position, truth.torso.heading
     balls = {ball.name for ball in world.balls}
-    found: dict[str, list[tuple[float, float]]] = {"goalpost": list(world.field.posts if world.field else ())}
+    found: dict[str, list[tuple[float, float]]] = {}
     for name, pose in truth.objects.items():
         found.setdefault("ball" if name in balls else "robot", []).append(pose.position[:2])
     to_frame = np.array(((math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))))

@@ -18,7 +18,7 @@ from naoserver.eyes.looks import FieldLooks, Tint
 Pixels = NDArray[np.uint8]
 Numbers = NDArray[np.int64]
 
-_LEAN: Final = 0.01
+_LEAN: Final = 0.02
 """Error in rad of all directions in a picture: the robot may walk, and senses of that are not exact."""
 _HEIGHTS: Final = (0.0, -1.0), (10.0, 20.0)
 """Two heights in m through which a ray passes that looks down, and up."""

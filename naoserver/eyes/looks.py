@@ -33,11 +33,10 @@ class Tint(_Table, frozen=True):
 
 
 class FieldLooks(_Table, frozen=True):
-    """A soccer field: the color of its grass, the width of its lines, and the radius of its posts in m."""
+    """A soccer field: the color of its grass, and the width of its lines in m."""
 
     grass: Tint
     line: _Size
-    post: _Size
 
 
 class RobotLooks(_Table, frozen=True):

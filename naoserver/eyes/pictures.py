@@ -13,15 +13,12 @@ from interfaces.jderobot import CameraDescription, FloorPoint, HardwareFailedExc
 from naoserver.bodies.capabilities import SeenThing, SightReading
 from naoserver.bodies.sight import Array
 from naoserver.eyes._balls import find_balls
-from naoserver.eyes._field import find_lines, find_posts
+from naoserver.eyes._field import find_lines
 from naoserver.eyes._robots import find_robots
 from naoserver.eyes._shot import Found, Grass, Shot, take
 from naoserver.eyes._standing import find_standing
 from naoserver.eyes._tags import find_tags
 from naoserver.eyes.looks import Looks
-
-_WIDE: Final = 0.2
-"""How far in m what stands may hide the grass aside."""
 
 _logger = logging.getLogger(__name__)
 
@@ -94,25 +91,9 @@ def see(shot: Shot, looks: Looks) -> tuple[SeenThing, ...]:
 
 def _on_field(shot: Shot, grass: Grass, looks: Looks, balls: list[Found]) -> list[Found]:
     standing = find_standing(grass.green, grass.white, shot.to_floor, float(shot.eye[2]))
-    robots = [*find_robots(shot, looks, standing.feet, _rows([each.base for each in balls])[:, :2])]
-    posts = [*find_posts(shot, grass, looks.field.post)]
-    # A post in the shade looks like a robot without a shirt, and a ball or a hand like a post.
-    others = [*balls, *(robot for robot in robots if robot.thing.name)]
-    posts = [post for post in posts if not any(_hides(each, post, shot.eye) for each in others)]
-    robots = [
-        each for each in robots if each.thing.name or not any(_hides(post, each, shot.eye) for post in posts)
-    ]
     free = Grass(grass.green & ~standing.hidden, grass.white & ~standing.hidden)
-    return [*posts, *robots, *find_lines(shot, free, looks.field.line)]
-
-
-def _hides(one: Found, other: Found, eye: Array) -> bool:
-    """Return whether something is at or before another thing."""
-    (x, y, _), (u, v, _) = one.base - eye, other.base - eye
-    return bool(
-        abs(np.remainder(np.arctan2(v, u) - np.arctan2(y, x) + np.pi, 2.0 * np.pi) - np.pi) * np.hypot(x, y)
-        < _WIDE
-    )
+    robots = find_robots(shot, looks, standing.feet, _rows([ball.base for ball in balls])[:, :2])
+    return [*robots, *find_lines(shot, free, looks.field.line)]
 
 
 def _rows(places: list[Array]) -> Array:
