@@ -111,7 +111,7 @@ class Assembly:
         self._add_surroundings()
         self._history = BodyHistory(robot, self._wake)
         self._cameras = self._add_cameras()
-        if robot.eyes is not None:
+        if robot.eyes is not None and options.sight:
             self._add(Sight=SightI(robot.eyes))
         self._add_expression(hears=hears or robot.stage is not None)
         self.player: Final = self._add_motions()
