@@ -19,7 +19,7 @@ from interfaces.nao import SafetyPrx
 from naoserver.bodies.capabilities import SightReading
 from naoserver.eyes.looks import EyesError, Looks
 from naoserver.eyes.pictures import PictureEyes
-from naoserver.serving.sight import SightI
+from naoserver.serving._sight import SightI
 from zenoh_ice import (
     Communicator,
     ConnectionLostException,
