@@ -17,8 +17,8 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import SafetyPrx
 from naoserver.bodies.capabilities import SightReading
-from naoserver.eyes.looks import EyesError, Looks
 from naoserver.eyes._pictures import PictureEyes
+from naoserver.eyes.looks import EyesError, Looks
 from naoserver.serving.sight import SightI
 from zenoh_ice import (
     Communicator,

@@ -12,9 +12,7 @@ def of(reading, kind):
 @pytest.mark.sim
 @pytest.mark.gl
 def test_a_tag_is_seen_by_its_number(drawn):
-    world = msgspec.structs.replace(
-        SOCCER, field=None, balls=(), signs=(Sign(position=(0.0, 0.2), landmark=7),)
-    )
+    world = World(signs=(Sign(position=(0.0, 0.2), landmark=7),))
     robot, reading = drawn(world=world)
     (seen,), (there,) = of(reading, "tag"), of(robot.eyes.look(), "tag")
     assert (seen.name, there.name) == ("7", "7")
