@@ -2,7 +2,7 @@
 
 import pytest
 
-from naoserver_sim.world import Sign
+from naoserver_sim.world import Sign, World
 
 
 def of(reading, kind):
