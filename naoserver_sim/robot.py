@@ -228,7 +228,7 @@ class ArenaRobot(SimulatedDevice):
             if part is not None:
                 simulator.parts.append(part.tick)
         self._model = model
-        self.eyes: Final = SimulatedEyes(model, simulator, noise=noise, seed=seed)
+        self.eyes: Final = SimulatedEyes(model, simulator, noise=noise, seed=seed) if body.cameras else None
         self.lights: Final = FadingLights(self.clock.now, body.lights)
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
         self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None

@@ -509,7 +509,7 @@ class FakeRobot(FakeDevice):
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
         self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
         self.senses = FakeSenses(self.clock, body)
-        self.eyes: Final = FakeEyes(self)
+        self.eyes: Final = FakeEyes(self) if body.cameras else None
 
     def _go_on(self) -> None:
         """Turn also the wheels that drive it."""
