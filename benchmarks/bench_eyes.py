@@ -26,8 +26,8 @@ from benchmarks.common import options
 from naoserver.bodies.capabilities import SeenThing
 from naoserver.bodies.parts import SEEN, Sight
 from naoserver.errors import InvalidCommand
+from naoserver.eyes._pictures import PictureEyes
 from naoserver.eyes.looks import read_looks
-from naoserver.eyes.pictures import PictureEyes
 from naoserver_sim._senses.sight import SimulatedEyes
 from naoserver_sim.arena import Arena
 from naoserver_sim.world import Light, LooseBall, World, load_world

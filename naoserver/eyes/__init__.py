@@ -1,1 +1,1 @@
-"""Eyes that see in pictures, with OpenCV: `pictures.py`; what they look for: `looks.py`, `eyes.toml`."""
+"""Eyes that see in pictures, with OpenCV: `_pictures.py`; what they look for: `looks.py`, `eyes.toml`."""

@@ -17,8 +17,8 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import SafetyPrx
 from naoserver.bodies.capabilities import SightReading
+from naoserver.eyes._pictures import PictureEyes
 from naoserver.eyes.looks import EyesError, Looks
-from naoserver.eyes.pictures import PictureEyes
 from naoserver.serving._sight import SightI
 from zenoh_ice import (
     Communicator,
@@ -67,7 +67,7 @@ class _Newest:
 def serve_eyes(settings: Settings, looks: Looks, *, rate: float, wait: float) -> None:
     """Serve `Sight` in a robot's realm until a signal comes, of at most `rate` looks a second.
 
-    A robot is waited for, `wait` s at the start, and for ever once it was there. Raises EyesError where
+    A robot is waited for, `wait` s at the start, and forever once it was there. Raises EyesError where
     Sight is served already, or there is no camera, and the exceptions of a call.
     """
     patience = Patience(wait)

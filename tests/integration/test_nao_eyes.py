@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-
 from interfaces.nao import SightPrx
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from tests.support.limits import MOVE_LIMIT
-from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import served
 from zenoh_ice import initialize
@@ -42,21 +39,3 @@ def test_it_goes_on_when_the_robot_is_served_again():
         with served(FakeRobot(), BLIND, realm="nao", endpoint=endpoint):
             eyes.wait_for("the robot is back, with Camera, CameraBottom", MOVE_LIMIT)
             assert balls_seen(endpoint) == {"red", "green"}
-
-
-def test_it_refuses_where_sight_is_served():
-    endpoint = free_endpoint()
-    with served(FakeRobot(), realm="nao", endpoint=endpoint), at(endpoint, "nao"):
-        outcome = nao("eyes")
-    assert outcome.code == 1
-    assert "naoserver-sim --no-sight" in outcome.text.replace("\n", " ")
-
-
-def test_without_opencv_it_says_what_installs_it(monkeypatch):
-    for name in [*sys.modules]:
-        if name.startswith("naoserver.eyes"):
-            monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    outcome = nao("eyes")
-    assert outcome.code == 1
-    assert "pip install 'visualhfsm[vision]'" in outcome.text

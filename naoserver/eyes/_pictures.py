@@ -26,9 +26,9 @@ _logger = logging.getLogger(__name__)
 class PictureCamera(Protocol):
     """A camera on the robot: a CameraPrx, or what answers as one."""
 
-    def getImageData(self, format: str) -> ImageData: ...  # noqa: D102
-    def getCameraDescription(self) -> CameraDescription: ...  # noqa: D102
-    def getFloorPoint(self, u: float, v: float, height: float) -> FloorPoint: ...  # noqa: D102
+    def getImageData(self, format: str) -> ImageData: ...
+    def getCameraDescription(self) -> CameraDescription: ...
+    def getFloorPoint(self, u: float, v: float, height: float) -> FloorPoint: ...
 
 
 class PictureEyes:
