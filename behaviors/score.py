@@ -18,21 +18,19 @@ from hfsm_runtime import (
     Transition,
     main,
 )
-from interfaces.jderobot import CameraPrx as JderobotCameraPrx
 from interfaces.jderobot import EncodersPrx
 from interfaces.nao import DescriptionPrx
 from interfaces.nao import MotionsPrx
 from interfaces.nao import PoseHeadPrx
 from interfaces.nao import PosturesPrx
+from interfaces.nao import SightPrx
 from interfaces.nao import WalkPrx
 
 # <libraries>
 import cmath
 import math
-import cv2
-import numpy as np
+from collections import deque
 from functools import cached_property
-from interfaces.jderobot import CameraPrx
 from interfaces.nao import ActionStatus
 from naoserver.body import read_body
 from naoserver.errors import RobotError
@@ -50,7 +48,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     start_heading = Parameter(0.0, "Where it faces then, to the left of the opponents' goal, in rad")
     goal_y = Parameter(0.0, "Where to kick, to the left of the middle of the goal, in m")
 
-    Camera = Proxy("Camera", JderobotCameraPrx)
+    Sight = Proxy("Sight", SightPrx)
     Head = Proxy("Head", PoseHeadPrx)
     Walk = Proxy("Walk", WalkPrx)
     Encoders = Proxy("Encoders", EncodersPrx)
@@ -60,12 +58,14 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     # <functions 1>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
+    COLOR = "orange"  # of the ball
     RADIUS = 0.05  # of the ball in m
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
     ASIDE = 0.4, 0.8, 1.2, -0.4, -0.8, -1.2, 0.0  # rad by which it kicks past another robot: towards the middle of the field first
-    WAY = 1.2, 0.15  # m that are to be free for a kick, ahead of the ball and to both sides
+    WAY = 1.2, 0.25  # m that are to be free of robots' middles for a kick, ahead of the ball and to both sides
+    RECENT = 2.0  # s for which another robot is where it was seen
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -73,6 +73,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     faced = 0j  # where the robot faced when it looked for the ball before
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
+    seen_to = -1.0  # the time of the newest look that has corrected where the robot is
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
     aside = 0.0  # rad by which it is kicked past that robot
@@ -96,80 +97,27 @@ class Score(Component, document="score.xml", on_error="stop"):
         return Gaze(self.body)
 
     @cached_property
-    def cameras(self):
-        """The robot's cameras by name."""
-        server = self.Camera.ice_getCommunicator()
-        return {of.name: CameraPrx.uncheckedCast(server.stringToProxy(of.name)) for of in self.gaze.cameras}
-
-    @cached_property
     def others(self):
-        """Where something stands on the field, by the camera that saw it last."""
-        return {}
+        """When and where it saw other robots last."""
+        return deque(maxlen=20)
 
     def find_ball(self):
         """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
-        ball = None
-        before, (_, self.faced) = self.faced, self.place()
-        self.turned = self.clock.now() if abs(self.faced - before) > 0.04 else self.turned
-        still = self.is_still() and self.clock.now() - self.turned > self.LATE
-        for name, camera in self.cameras.items():
-            image = camera.getImageData("RGB8")
-            self.place()
-            if still:
-                self.localizer.see(image, camera.getFloorPoint)
-                here, facing = self.place()
-                feet = self.localizer.feet @ (1.0, 1j)
-                self.others[name] = here + facing * feet[abs(feet) > 0.6 * self.gaze.height]  # not its own arms
-            ball = ball or self.ball_in(image, name, camera)
-        if ball is not None:
-            self.sight = ball, self.clock.now()
-        return ball
-
-    def ball_in(self, image, name, camera):
-        """Return where the ball in a picture is."""
-        width, height = image.description.width, image.description.height
-        pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
-        hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-        orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
-        regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for region in sorted(regions, key=lambda each: each[:, 0, 1].max() > height - 3):  # its own legs last
-            u, v, radius = self.circle_of(region)
-            if radius < 2.0:
-                continue  # a speck, or a line
-            point = camera.getFloorPoint(u, v, self.RADIUS)
-            expected = self.focal(name, camera) * self.RADIUS / point.distance
-            if not 0.6 < radius / max(expected, 1e-6) < 1.5:
-                continue  # not as large as the ball is there
-            if point.distance > 2.0 * self.close and self.carpet_below(hsv, u, v, radius) < 0.4:
-                continue  # below the orange of a robot is a robot, which hides more than a line
-            self.mark(name, u, v, "ball")
+        before, (here, facing) = self.faced, self.place()
+        self.faced, sight = facing, self.Sight.getSight()
+        self.turned = self.clock.now() if abs(facing - before) > 0.04 else self.turned
+        if self.is_still() and self.clock.now() - self.turned > self.LATE and sight.time > self.seen_to:
+            self.seen_to = sight.time
+            self.localizer.see(sight.things)
             here, facing = self.place()
-            return here + facing * complex(point.x, point.y)
+            for thing in sight.things:
+                if thing.kind == "robot" and math.isfinite(thing.x):
+                    self.others.append((self.clock.now(), here + facing * complex(thing.x, thing.y)))
+        for thing in sight.things:  # the surest first
+            if thing.kind == "ball" and thing.name == self.COLOR and math.isfinite(thing.x):
+                self.sight = here + facing * complex(thing.x, thing.y), self.clock.now()
+                return self.sight[0]
         return None
-
-    def circle_of(self, region):
-        """Return the circle round a region, or the largest in it if it is not round: the ball before a robot's orange toes."""
-        (u, v), radius = cv2.minEnclosingCircle(region)
-        if cv2.contourArea(region) >= 0.6 * math.pi * radius**2:
-            return u, v, radius
-        left, top, width, height = cv2.boundingRect(region)
-        filled = np.zeros((height + 2, width + 2), np.uint8)
-        cv2.drawContours(filled, [region], 0, 255, cv2.FILLED, offset=(1 - left, 1 - top))
-        _, radius, _, (u, v) = cv2.minMaxLoc(cv2.distanceTransform(filled, cv2.DIST_L2, 5))
-        return u + left - 1, v + top - 1, radius
-
-    def carpet_below(self, hsv, u, v, radius):
-        """Return how much of a picture below a circle is carpet, from 0 to 1; 1 if the picture ends there."""
-        rows = slice(int(v + 1.2 * radius), int(v + 3.2 * radius) + 1)
-        below = hsv[rows, max(0, int(u - radius)) : int(u + radius) + 1]
-        return cv2.inRange(below, (35, 60, 15), (90, 255, 255)).mean() / 255 if below.size else 1.0
-
-    def focal(self, name, camera):
-        """Return the focal length of a camera in pixels, asked for once."""
-        self.focals = getattr(self, "focals", {})
-        if name not in self.focals:
-            self.focals[name] = camera.getCameraDescription().fdistx
-        return self.focals[name]
 
     def place(self):
         """Return where the robot is on the field, and which way it faces."""
@@ -243,7 +191,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Kick the ball past what stands in its way, once the robot is behind it, and near enough to see that well."""
         here, _ = self.place()
         behind = (ball - here) / self.to_goal(ball)
-        if abs(behind) < self.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 2:
+        if abs(behind) < self.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 1:
             self.turn_aside(ball)
 
     def turn_aside(self, ball):
@@ -254,15 +202,18 @@ class Score(Component, document="score.xml", on_error="stop"):
         self.aside, self.held = min(others, key=lambda each: self.hindrance(ball, each)), ball
 
     def hindrance(self, ball, aside):
-        """Return how much stands in the way of the ball; infinite if it would miss a goal that is near."""
+        """Return how many robots stand in the way of the ball; infinite if it would miss a goal that is near."""
         way = self.to_aim(ball, aside)
         line, (length, width) = self.FIELD.length / 2, self.WAY
         left = ball.imag + (line - ball.real) * way.imag / max(way.real, 0.1)
         if aside and abs(self.aim(ball) - ball) < 1.5 and abs(left) > self.FIELD.goal_width / 2 - 2 * self.RADIUS:
             return math.inf
-        others = np.concatenate([*self.others.values(), np.empty(0, complex)])
-        ahead = (others[others.real < line - 0.2] - ball) / way
-        return np.count_nonzero((ahead.real > 0.12) & (ahead.real < length) & (abs(ahead.imag) < width))
+        ahead = [(other - ball) / way for other in self.places_of_others() if other.real < line - 0.2]
+        return sum(0.12 < at.real < length and abs(at.imag) < width for at in ahead)
+
+    def places_of_others(self):
+        """Return where other robots were seen within the last seconds."""
+        return [at for time, at in self.others if self.clock.now() - time < self.RECENT]
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""

@@ -29,6 +29,7 @@ class Thing(NamedTuple):
     name: str
     x: float
     y: float
+    camera: str = "Camera"
 
 
 def turned(yaw: float, pitch: float):

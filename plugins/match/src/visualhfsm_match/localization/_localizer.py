@@ -24,7 +24,7 @@ import numpy as np
 
 from naoserver.soccer_field import Array, Field, FieldLines
 from visualhfsm_match.localization._panorama import Found, Mask, Panorama
-from visualhfsm_match.localization._view import Crossings, Pose, Seen, View, leans, turn, view_of, wrapped
+from visualhfsm_match.localization._view import Crossings, Pose, Seen, View, leans, turn, views_of, wrapped
 
 _FARTHEST_POINT: Final = 4.0
 """Distance in m up to which places on lines and crossings are used."""
@@ -146,12 +146,12 @@ class Localizer:
 
         A look that shows neither lines nor posts changes nothing.
         """
-        view = view_of(things, self._odometry, _FARTHEST_POINT)
-        if self._looks_around:
-            self._panorama.views.append(view)
-        explained = self._fit(view)
-        if len(explained) >= _ENOUGH:
-            self._agreement += _NEWEST * (float(explained.mean()) - self._agreement)
+        for view in views_of(things, self._odometry, _FARTHEST_POINT):
+            if self._looks_around:
+                self._panorama.views.append(view)
+            explained = self._fit(view)
+            if len(explained) >= _ENOUGH:
+                self._agreement += _NEWEST * (float(explained.mean()) - self._agreement)
         if self.confidence > _CERTAIN:
             self._known = self._x[:3].copy()
 
