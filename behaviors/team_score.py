@@ -33,7 +33,6 @@ import cmath
 import math
 from functools import cached_property
 from interfaces.nao import ActionStatus
-from collections import deque
 from naoserver.body import read_body
 from naoserver.errors import RobotError
 from visualhfsm_match.gaze import Gaze
@@ -178,8 +177,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     # <functions 3>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
-    COLOR = "orange"  # of the ball
-    RADIUS = 0.05  # of the ball in m
+    COLOR, RADIUS = "orange", 0.05  # of the ball, in m
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
@@ -189,10 +187,9 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
-    oriented = -SURE
-    faced = 0j  # where the robot faced when it looked for the ball before
-    turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
+    oriented = looked = left = -SURE  # when it looked to all sides, when its head turned, when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
+    others = ()  # when and where it saw other robots
     seen_to = -1.0  # the time of the newest look that has corrected where the robot is
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
@@ -216,33 +213,27 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         """How the neck must point for the cameras to see a place."""
         return Gaze(self.body)
 
-    @cached_property
-    def others(self):
-        """When and where it saw other robots last."""
-        return deque(maxlen=20)
-
     def find_ball(self):
-        """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
-        before, (here, facing) = self.faced, self.place()
-        self.faced, sight = facing, self.Sight.getSight()
-        self.turned = self.clock.now() if abs(facing - before) > 0.04 else self.turned
-        if self.is_still() and self.clock.now() - self.turned > self.LATE and sight.time > self.seen_to:
-            self.seen_to = sight.time
-            self.localizer.see(sight.things)
+        """Return where the ball is, or None when it is out of sight; see where this robot and others are, too."""
+        look, now = self.Sight.getSight(), self.clock.now()
+        here, facing = self.place()
+        if look.time > self.seen_to:
+            self.seen_to = look.time
+            self.localizer.see(look.things, self.Head.getPose().time - look.time)
             here, facing = self.place()
-            for thing in sight.things:
-                if thing.kind == "robot" and math.isfinite(thing.x):
-                    self.others.append((self.clock.now(), here + facing * complex(thing.x, thing.y)))
-        for thing in sight.things:  # the surest first
-            if thing.kind == "ball" and thing.name == self.COLOR and math.isfinite(thing.x):
-                self.sight = here + facing * complex(thing.x, thing.y), self.clock.now()
+            robots = [here + facing * complex(it.x, it.y) for it in look.things if it.kind == "robot"]
+            recent = [each for each in self.others if now - each[0] < self.RECENT]
+            self.others = [*recent, *((now, at) for at in robots if cmath.isfinite(at))]
+        for it in look.things:  # the surest first
+            if it.kind == "ball" and it.name == self.COLOR and math.isfinite(it.x):
+                self.sight = here + facing * complex(it.x, it.y), now
                 return self.sight[0]
         return None
 
     def place(self):
         """Return where the robot is on the field, and which way it faces."""
         at = self.Encoders.getEncodersData()
-        self.localizer.move(at.robotx, at.roboty, at.robottheta)
+        self.localizer.move(at.robotx, at.roboty, at.robottheta, self.clock.now())
         x, y, heading = self.localizer.pose
         return complex(x, y), cmath.rect(1.0, heading)
 
@@ -273,16 +264,12 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         """Return whether no walk to a place is on its way."""
         return self.Walk.getWalkState().status is not ActionStatus.Moving
 
-    def is_held(self):
-        """Return whether the walk ended before its end: something holds it up."""
-        return self.Walk.getWalkState().status is ActionStatus.Stopped
-
     def is_still(self):
         """Return whether the newest picture is from a head that was still: from one that turns it shows less."""
-        pose = self.Head.getPose()
+        pose, now = self.Head.getPose(), self.clock.now()
         if abs(pose.panSpeed) + abs(pose.tiltSpeed) > 0.3:
-            self.looked = self.clock.now()
-        return self.clock.now() - self.looked > self.LATE
+            self.looked = now
+        return now - self.looked > self.LATE
 
     def aim(self, ball):
         """Return where to kick the ball: to the middle of the goal, straight on where that is near enough, or before it."""
@@ -290,9 +277,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         end = max(line, ball.real) + 0.3  # a ball that lies deep in the goal is pushed on, not back
         free = max(0.0, 0.4 - 0.15 * abs(end - ball))  # m beside the middle
         aim = complex(end, max(self.goal_y - free, min(self.goal_y + free, ball.imag)))
-        if abs(aim.imag - ball.imag) > max(0.45, 1.5 * (line - ball.real)):
-            aim = complex(line - self.FIELD.penalty_mark, 0.0)  # from here the goal is too narrow
-        return aim
+        narrow = abs(aim.imag - ball.imag) > max(0.45, 1.5 * (line - ball.real))
+        return complex(line - self.FIELD.penalty_mark, 0.0) if narrow else aim  # from there the goal is wide enough
 
     def to_goal(self, ball):
         """Return the direction in which to kick the ball: past another robot, where one is in its way."""
@@ -309,9 +295,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def avoid_others(self, ball):
         """Kick the ball past what stands in its way, once the robot is behind it, and near enough to see that well."""
-        here, _ = self.place()
-        behind = (ball - here) / self.to_goal(ball)
-        if abs(behind) < self.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 1:
+        behind = (ball - self.place()[0]) / self.to_goal(ball)
+        if abs(behind) < self.gaze.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 1:
             self.turn_aside(ball)
 
     def turn_aside(self, ball):
@@ -322,18 +307,14 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         self.aside, self.held = min(others, key=lambda each: self.hindrance(ball, each)), ball
 
     def hindrance(self, ball, aside):
-        """Return how many robots stand in the way of the ball; infinite if it would miss a goal that is near."""
+        """Return how often robots were seen in the way of the ball; infinite if it would miss a goal that is near."""
         way = self.to_aim(ball, aside)
         line, (length, width) = self.FIELD.length / 2, self.WAY
         left = ball.imag + (line - ball.real) * way.imag / max(way.real, 0.1)
         if aside and abs(self.aim(ball) - ball) < 1.5 and abs(left) > self.FIELD.goal_width / 2 - 2 * self.RADIUS:
             return math.inf
-        ahead = [(other - ball) / way for other in self.places_of_others() if other.real < line - 0.2]
+        ahead = [(other - ball) / way for _, other in self.others if other.real < line - 0.2]
         return sum(0.12 < at.real < length and abs(at.imag) < width for at in ahead)
-
-    def places_of_others(self):
-        """Return where other robots were seen within the last seconds."""
-        return [at for time, at in self.others if self.clock.now() - time < self.RECENT]
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -345,84 +326,49 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     def look_at(self, place):
         """Turn the head to a place in the robot's frame, as far as it turns; return whether it is there."""
         pan, tilt = self.gaze.at(place.real, place.imag, self.RADIUS)
-        aim = self.Head.setPose(pan, tilt, self.gaze.pace)
-        pose = self.Head.getPose()
+        aim, pose = self.Head.setPose(pan, tilt, self.gaze.pace), self.Head.getPose()
         return max(abs(pose.pan - aim.pan), abs(pose.tilt - aim.tilt)) < 0.05
-
-    @cached_property
-    def far(self):
-        """A distance in m at which the robot sees much of the floor."""
-        return 2.5 * self.gaze.height
-
-    @cached_property
-    def close(self):
-        """A distance in m at which one camera, turned to it, sees the floor from before the feet on."""
-        return 0.7 * self.gaze.height
-
-    @cached_property
-    def sides(self):
-        """The pans of the neck in rad that show all sides but the back, as far as it turns."""
-        return [pan for pan in (0.0, 0.9, 1.8, -0.9, -1.8) if abs(pan) < self.Head.getLimits().maxPan]
-
-    @cached_property
-    def corners(self):
-        """Where to look for the ball, in the robot's frame."""
-        pans = sorted(self.sides)
-        far = [cmath.rect(self.far, pan) for pan in pans]
-        ahead = pans.index(0.0)
-        if not self.is_blind_before_its_feet():
-            return [*far[ahead:], *far[:ahead][::-1], 0.3, self.far]
-        # A picture of the far floor does not show the near one: on the way from left to right it looks at that.
-        near = [cmath.rect(self.close, pan) for pan in pans]
-        return [*far[ahead:], *near[::-1], *far[:ahead]]
 
     def in_sight(self, ball):
         """Return whether the robot sees a ball that lies there when it looks at it: before its feet perhaps not."""
         at = self.beside(ball)
         return self.gaze.sees(at.real, at.imag, self.RADIUS)
 
-    def is_blind_before_its_feet(self):
-        """Return whether it sees no ball that lies where it can be kicked."""
+    @cached_property
+    def is_blind(self):
+        """Whether it sees no ball that lies where it can be kicked."""
         return not any(self.gaze.sees(*kick.place, self.RADIUS) for kick in self.body.kicks.values())
-
-    def look_for_lines(self, side):
-        """Turn the head to a side; return the next side once it is there and was seen."""
-        there = self.look_at(cmath.rect(self.far, self.sides[side]))
-        return side + 1 if there and self.is_still() else side
 
     def first_corner(self, ball):
         """Return where a search begins, by where the ball was: perhaps before its feet, where it may not see it."""
         if ball is None:
             return -1 if self.is_near(self.sight[0]) else 0
-        return -3 if self.is_near(ball) and self.is_blind_before_its_feet() else 0
+        return -3 if self.is_near(ball) and self.is_blind else 0
 
     def is_near(self, ball):
         """Return whether a ball lies before the feet, as far as it is known."""
-        return ball is not None and abs(self.beside(ball)) < self.close
+        return ball is not None and abs(self.beside(ball)) < self.gaze.close
 
     def sweep(self, corner):
-        """Look around, then turn; return which corner is next."""
+        """Look around, then turn; return which corner is next: before 0, it steps back from what it does not see."""
         if not self.is_standing():
             if self.clock.now() - self.left > 6.0:
                 self.Walk.stop()  # it marches on the spot, for a place that need not be that good
             return corner
-        corners = self.corners
-        place = (self.far, self.close, self.close)[corner] if corner < 0 else corners[corner % len(corners)]
+        far, close = self.gaze.far, self.gaze.close
+        corners = self.gaze.round(near=self.is_blind)
+        place = (far, close, close)[corner] if corner < 0 else corners[corner % len(corners)]
         if not self.look_at(place) or not self.is_still():
             return corner
-        if corner == -2:
+        back = 0.4 if corner == -2 or corner + 1 == len(corners) and self.is_blind else 0.0
+        if corner == -2 or corner >= 0 and (corner + 1) % len(corners) == 0:
             self.left = self.clock.now()
-            self.Walk.walkTo(-0.4, 0.0, 0.0)
-        elif corner >= 0 and (corner + 1) % len(corners) == 0:
-            back = 0.4 if corner + 1 == len(corners) and self.is_blind_before_its_feet() else 0.0
-            self.left = self.clock.now()
-            self.Walk.walkTo(-back, 0.0, 2.0)  # no more: it sees what lay before its feet at its side then
+            self.Walk.walkTo(-back, 0.0, 0.0 if corner < 0 else 2.0)  # no more: it sees what lay before its feet at its side then
         return corner + 1
 
     def choose_foot(self, ball):
         """Return where the ball is to be beside the robot: before the foot that is nearer."""
-        here, _ = self.place()
-        left = ((here - ball) / self.to_goal(ball)).imag
+        left = ((self.place()[0] - ball) / self.to_goal(ball)).imag
         return min((complex(*kick.place) for kick in self.body.kicks.values()), key=lambda at: abs(at.imag + left))
 
     def kick_for(self, ball):
@@ -466,8 +412,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def can_kick(self, ball):
         """Return whether the ball lies before a foot, and that looks to the goal, as far as the robot knows."""
-        at = self.beside(ball)
-        _, facing = self.place()
+        at, (_, facing) = self.beside(ball), self.place()
         off = cmath.phase(self.to_goal(ball) / facing)
         reaches = any(kick.reaches(at.real, at.imag) for kick in self.body.kicks.values())
         return reaches and abs(off) < 0.2 and self.is_sure()
@@ -729,7 +674,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
         doubts = 0  # cycles in which it was unsure of its place, one after the other: lines may come
         tries = 0  # looks at the ball since the last kick
-        knows = looks = lost = moves = stands = False
+        knows = looks = lost = moves = stands = there = False
         known = None  # where the ball was when the robot knew its own place
         foot = spot = before = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
         spot_at = 0.0
@@ -872,17 +817,17 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             # </entry 3.7>
 
         def state_orient():
-            nonlocal corner, knows, moves, stands
+            nonlocal corner, knows, moves, stands, there
             # <code 3.7>
             moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
             if not moves and not stands:
                 stands = True
                 self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
             elif not moves:
-                if self.is_still():
-                    self.find_ball()
-                corner = self.look_for_lines(corner)
-                if corner == len(self.sides):
+                self.find_ball()
+                there = self.look_at(cmath.rect(self.gaze.far, self.gaze.sides[corner]))
+                corner += there and self.is_still()
+                if corner == len(self.gaze.sides):
                     corner = 0
                     knows = self.localizer.find()
                     if knows:
@@ -967,7 +912,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
         def guard_held():
-            return self.is_held()  # <trigger 3.14/>
+            return self.Walk.getWalkState().status is ActionStatus.Stopped  # <trigger 3.14/>
 
         transition_14 = Transition("held", state_2, state_8, id=14, priority=3, guard=guard_held)
 

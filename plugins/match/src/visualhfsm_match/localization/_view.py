@@ -45,8 +45,15 @@ class View(NamedTuple):
     posts: Array
 
 
-def views_of(things: Iterable[Seen], odometry: Pose, farthest: float) -> list[View]:
-    """Return what things show of the field, as far as lines are near enough: a view for each camera."""
+def views_of(things: Iterable[Seen], odometry: Pose, then: Pose, farthest: float) -> list[View]:
+    """Return what things show of the field, as far as lines are near enough: a view for each camera.
+
+    They were seen at the odometry `then`, and are where the robot sees them from its odometry now.
+    """
+    turned, moved = (
+        turn(then.heading - odometry.heading),
+        turn(-odometry.heading) @ np.subtract(then, odometry)[:2],
+    )
     views: dict[str, dict[str, list[tuple[float, float, str]]]] = {}
     for thing in things:
         if thing.kind not in _KINDS or not math.isfinite(thing.x):
@@ -54,17 +61,16 @@ def views_of(things: Iterable[Seen], odometry: Pose, farthest: float) -> list[Vi
         if thing.kind == "goalpost" or math.hypot(thing.x, thing.y) < farthest:
             found = views.setdefault(thing.camera, {kind: [] for kind in _KINDS})
             found[thing.kind].append((thing.x, thing.y, thing.name))
+
+    def placed(found: list[tuple[float, float, str]]) -> Array:
+        places = np.array([(x, y) for x, y, _ in found], np.float64).reshape(-1, 2)
+        return np.asarray(places @ turned.T + moved)
+
     found_of = [found.values() for found in views.values()]
     return [
-        View(
-            odometry, _places(lines), _places(crossings), tuple(each[2] for each in crossings), _places(posts)
-        )
+        View(odometry, placed(lines), placed(crossings), tuple(each[2] for each in crossings), placed(posts))
         for lines, crossings, posts in found_of
     ]
-
-
-def _places(found: list[tuple[float, float, str]]) -> Array:
-    return np.array([(x, y) for x, y, _ in found], np.float64).reshape(-1, 2)
 
 
 class Crossings:
