@@ -67,7 +67,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
-    oriented = looked = left = -SURE  # when it looked to all sides, when its head turned, when it left for the next sweep
+    oriented = looked = left = moved = -SURE  # when it looked to all sides, its head turned, it left for the next sweep, it moved
     sight = None, -SURE  # where it saw the ball last, and when
     others = ()  # when and where it saw other robots
     seen_to = -1.0  # the time of the newest look that has corrected where the robot is
@@ -97,7 +97,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Return where the ball is, or None when it is out of sight; see where this robot and others are, too."""
         look, now = self.Sight.getSight(), self.clock.now()
         here, facing = self.place()
-        if look.time > self.seen_to:
+        if look.time > self.seen_to + 0.15:  # a robot that walks is 2 cm on
             self.seen_to = look.time
             self.localizer.see(look.things, self.Head.getPose().time - look.time)
             here, facing = self.place()
@@ -112,8 +112,10 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     def place(self):
         """Return where the robot is on the field, and which way it faces."""
-        at = self.Encoders.getEncodersData()
-        self.localizer.move(at.robotx, at.roboty, at.robottheta, self.clock.now())
+        now = self.clock.now()
+        if now - self.moved > 0.01:  # one answer is enough for a cycle
+            self.moved, at = now, self.Encoders.getEncodersData()
+            self.localizer.move(at.robotx, at.roboty, at.robottheta, now)
         x, y, heading = self.localizer.pose
         return complex(x, y), cmath.rect(1.0, heading)
 
