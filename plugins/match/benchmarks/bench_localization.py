@@ -40,9 +40,9 @@ class Guess:
         self.localizer = Localizer(Field(), (x, y, heading))
         self._place, self._heading = complex(x, y), heading
 
-    def move(self, x: float, y: float, heading: float) -> None:
+    def move(self, x: float, y: float, heading: float, time: float) -> None:
         """Follow the odometry."""
-        self.localizer.move(x, y, heading)
+        self.localizer.move(x, y, heading, time)
         self.odometry = self._place + complex(x, y) * cmath.rect(1.0, self._heading), self._heading + heading
 
     def errors(self, place: complex, heading: float) -> tuple[float, ...]:
@@ -95,12 +95,13 @@ def walk(seed: int, seconds: float) -> dict[str, tuple[float, ...]]:
         slipped += moved
         turned += SLIP[1] * cmath.phase(cmath.rect(1.0, now[1] - before[1])) + SLIP[2] * abs(moved)
         before = now
+        time = head.getPose().time
         for name, guess in guesses.items():
             pose = (slipped, turned) if name == "odometry that slips" else now
-            guess.move(pose[0].real, pose[0].imag, pose[1])
-        things = sight.getSight().things
+            guess.move(pose[0].real, pose[0].imag, pose[1], time)
+        look = sight.getSight()
         for guess in guesses.values():
-            guess.localizer.see(things)
+            guess.localizer.see(look.things, time - look.time)
         if step * PERIOD >= seconds - 2.0:
             for name, guess in guesses.items():
                 found[name].append(guess.errors(place, heading))

@@ -29,6 +29,7 @@ class Thing(NamedTuple):
     name: str
     x: float
     y: float
+    camera: str = "Camera"
 
 
 def turned(yaw: float, pitch: float):
@@ -270,3 +271,13 @@ def test_looks_that_show_too_little_find_no_place():
     look_to_all_sides(localizer, PLACES[0], lines=False, posts=False)
     assert not localizer.find()
     assert localizer.pose == pytest.approx(PLACES[0])
+
+
+def test_a_look_counts_where_it_was_taken():
+    """A turn of 0.3 rad/s, seen 0.1 s late, would be off by 0.03 rad."""
+    localizer, heading = Localizer(FIELD, (0.0, 0.0, 0.0)), 0.0
+    for number in range(20):
+        before, heading = heading, 0.03 * number
+        localizer.move(0.0, 0.0, heading, 0.1 * number)
+        localizer.see(seen_at((0.0, 0.0, before), 0.0), 0.1)
+    assert error(localizer.pose, (0.0, 0.0, heading))[1] < 0.005

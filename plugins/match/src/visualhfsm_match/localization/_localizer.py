@@ -17,6 +17,7 @@ Poses are x and y in m and the heading in rad, in the frame of `naoserver.soccer
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterable
 from typing import Final
 
@@ -24,7 +25,7 @@ import numpy as np
 
 from naoserver.soccer_field import Array, Field, FieldLines
 from visualhfsm_match.localization._panorama import Found, Mask, Panorama
-from visualhfsm_match.localization._view import Crossings, Pose, Seen, View, leans, turn, view_of, wrapped
+from visualhfsm_match.localization._view import Crossings, Pose, Seen, View, leans, turn, views_of, wrapped
 
 _FARTHEST_POINT: Final = 4.0
 """Distance in m up to which places on lines and crossings are used."""
@@ -59,12 +60,16 @@ _GATE: Final = 3.0
 _LEAP: Final = 26.0
 """Most squares of standard deviations by which a picture may move the estimate: more is no chance."""
 _ROUNDS: Final = 8
+_REMEMBERED: Final = 20
+"""Readings of the odometry among which that of a look is searched."""
 
 # -- confidence
 _AGREES: Final = 2.0
 """Standard deviations up to which a point is explained by a line."""
 _ENOUGH: Final = 12
 """Minimum number of points or places in a picture for it to count."""
+_CHANCE: Final = 0.5
+"""Share of the points that lie near some line wherever the robot is taken to be."""
 _NEWEST: Final = 0.2
 """Share of the newest picture in the confidence."""
 _CERTAIN: Final = 0.8
@@ -98,6 +103,7 @@ class Localizer:
         self._mouth = field.length / 2 + _BEHIND, field.goal_width / 2 + _BEHIND
         self._posts = np.array(field.posts)
         self._odometry = Pose(0.0, 0.0, 0.0)
+        self._way: Final[deque[tuple[float, Pose]]] = deque(maxlen=_REMEMBERED)
         # x, y and heading, then the lean of the camera in excess of the measured one: back, and to the left.
         self._x: Array = np.array((*start, 0.0, 0.0), np.float64)
         self._covariance: Array = np.diag(np.square((*error, _LEAN, _LEAN)))
@@ -121,15 +127,16 @@ class Localizer:
     def confidence(self) -> float:
         """Confidence in the estimate, from 0 to 1: below one half, the robot is lost.
 
-        It is the share of the observed and the expected lines in recent pictures that agrees with the
-        estimate; it is lower when the place is known only to some decimeters.
+        It is the share of what recent looks show of lines and crossings that agrees with the estimate, beyond
+        what would by chance; it is lower when the place is known only to some decimeters.
         """
         variance = float(self._covariance[0, 0] + self._covariance[1, 1])
         return self._agreement / (1.0 + variance / _VAGUE**2)
 
-    def move(self, x: float, y: float, heading: float) -> None:
-        """Follow the odometry: the robot's pose in the frame of its start, in m and rad."""
+    def move(self, x: float, y: float, heading: float, time: float = 0.0) -> None:
+        """Follow the odometry: the robot's pose in the frame of its start, in m and rad, at a time in s."""
         before, self._odometry = self._odometry, Pose(x, y, heading)
+        self._way.append((time, self._odometry))
         there = turn(-before.heading) @ (x - before.x, y - before.y)
         way, turned = float(np.hypot(*there)), wrapped(heading - before.heading)
         step = turn(float(self._x[2])) @ there
@@ -141,17 +148,20 @@ class Localizer:
         slip = (sliding * way, sliding * way, math.hypot(turning * turned, bending * way), 0.0, 0.0)
         self._covariance = jacobian @ self._covariance @ jacobian.T + np.diag(np.square(slip))
 
-    def see(self, things: Iterable[Seen]) -> None:
+    def see(self, things: Iterable[Seen], age: float = 0.0) -> None:
         """Correct the estimate by the things of one look of all cameras; other kinds may be among them.
 
-        A look that shows neither lines nor posts changes nothing.
+        `age` is how old the look was when the newest odometry was read, in s: the robot may have turned
+        since. A look that shows neither lines nor posts changes nothing.
         """
-        view = view_of(things, self._odometry, _FARTHEST_POINT)
-        if self._looks_around:
-            self._panorama.views.append(view)
-        explained = self._fit(view)
-        if len(explained) >= _ENOUGH:
-            self._agreement += _NEWEST * (float(explained.mean()) - self._agreement)
+        then = self._odometry_before(age)
+        for view in views_of(things, self._odometry, then, _FARTHEST_POINT):
+            if self._looks_around:
+                self._panorama.views.append(view)
+            explained = self._fit(view)
+            if len(explained) >= _ENOUGH:
+                beyond_chance = max(0.0, (float(explained.mean()) - _CHANCE) / (1.0 - _CHANCE))
+                self._agreement += _NEWEST * (beyond_chance - self._agreement)
         if self.confidence > _CERTAIN:
             self._known = self._x[:3].copy()
 
@@ -185,6 +195,17 @@ class Localizer:
         mirror = np.diag((-1.0, -1.0, 1.0, 1.0, 1.0))
         self._covariance = mirror @ self._covariance @ mirror
         self._known = self._x[:3].copy()
+
+    def _odometry_before(self, age: float) -> Pose:
+        """Return the odometry of some seconds before the newest, as far as it is known."""
+        if not self._way:
+            return self._odometry
+        times = [time for time, _ in self._way]
+        x, y, heading = (
+            float(np.interp(times[-1] - age, times, [pose[axis] for _, pose in self._way]))
+            for axis in range(3)
+        )
+        return Pose(x, y, heading)
 
     def _surprise(self, found: Found) -> float:
         """Return how unlikely a pose is, given the last certain one and the odometry since then."""

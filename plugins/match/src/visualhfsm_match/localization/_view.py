@@ -12,6 +12,7 @@ from naoserver.soccer_field import Array, Field
 
 HEIGHT: Final = 0.5
 """Approximate height of the camera in m, from which the effect of a lean is computed."""
+_KINDS: Final = "line", "crossing", "goalpost"
 
 
 class Seen(Protocol):
@@ -19,6 +20,7 @@ class Seen(Protocol):
 
     kind: str
     name: str
+    camera: str
     x: float
     y: float
 
@@ -32,7 +34,7 @@ class Pose(NamedTuple):
 
 
 class View(NamedTuple):
-    """What one look shows, a row of x and y for each; `odometry` is the pose at its time."""
+    """What one camera shows, a row of x and y for each; `odometry` is the pose at its time."""
 
     odometry: Pose
     points: Array
@@ -43,20 +45,32 @@ class View(NamedTuple):
     posts: Array
 
 
-def view_of(things: Iterable[Seen], odometry: Pose, farthest: float) -> View:
-    """Return what things show of the field, as far as lines are near enough."""
-    found: dict[str, list[tuple[float, float]]] = {"line": [], "crossing": [], "goalpost": []}
-    names = []
+def views_of(things: Iterable[Seen], odometry: Pose, then: Pose, farthest: float) -> list[View]:
+    """Return what things show of the field, as far as lines are near enough: a view for each camera.
+
+    They were seen at the odometry `then`, and are where the robot sees them from its odometry now.
+    """
+    turned, moved = (
+        turn(then.heading - odometry.heading),
+        turn(-odometry.heading) @ np.subtract(then, odometry)[:2],
+    )
+    views: dict[str, dict[str, list[tuple[float, float, str]]]] = {}
     for thing in things:
-        if thing.kind not in found or not math.isfinite(thing.x):
+        if thing.kind not in _KINDS or not math.isfinite(thing.x):
             continue
-        if thing.kind != "goalpost" and math.hypot(thing.x, thing.y) > farthest:
-            continue
-        found[thing.kind].append((thing.x, thing.y))
-        if thing.kind == "crossing":
-            names.append(thing.name)
-    points, crossings, posts = (np.array(each, np.float64).reshape(-1, 2) for each in found.values())
-    return View(odometry, points, crossings, tuple(names), posts)
+        if thing.kind == "goalpost" or math.hypot(thing.x, thing.y) < farthest:
+            found = views.setdefault(thing.camera, {kind: [] for kind in _KINDS})
+            found[thing.kind].append((thing.x, thing.y, thing.name))
+
+    def placed(found: list[tuple[float, float, str]]) -> Array:
+        places = np.array([(x, y) for x, y, _ in found], np.float64).reshape(-1, 2)
+        return np.asarray(places @ turned.T + moved)
+
+    found_of = [found.values() for found in views.values()]
+    return [
+        View(odometry, placed(lines), placed(crossings), tuple(each[2] for each in crossings), placed(posts))
+        for lines, crossings, posts in found_of
+    ]
 
 
 class Crossings:
