@@ -18,11 +18,25 @@ _KINDS: Final = "line", "crossing", "goalpost"
 class Seen(Protocol):
     """A thing of `Sight.getSight`."""
 
-    kind: str
-    name: str
-    camera: str
-    x: float
-    y: float
+    @property
+    def kind(self) -> str:
+        """What it is."""
+
+    @property
+    def name(self) -> str:
+        """Which of them."""
+
+    @property
+    def camera(self) -> str:
+        """Which camera shows it."""
+
+    @property
+    def x(self) -> float:
+        """Where it stands in m, ahead of the robot."""
+
+    @property
+    def y(self) -> float:
+        """The same to the left."""
 
 
 class Pose(NamedTuple):
