@@ -5,6 +5,7 @@ from naoserver.eyes._pictures import PictureEyes
 from naoserver.eyes.looks import read_looks
 from naoserver.fake import FakeRobot
 from tests.support.local_camera import local_cameras
+from zenoh_ice import VirtualClock
 
 
 def eyes_of(robot):
@@ -16,7 +17,7 @@ def of(reading, kind):
 
 
 def test_a_picture_is_looked_at_once():
-    robot = FakeRobot()
+    robot = FakeRobot(VirtualClock())
     eyes = eyes_of(robot)
     assert eyes.look() is eyes.look()
 
