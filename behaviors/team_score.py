@@ -73,6 +73,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         if ball is not None and seen_at != self.reported_at:
             self.reported_at = seen_at
             self.Team.reportBall(ball.real, ball.imag)
+        self.ball_of_team = self.find_ball_of_team()
         moving = self.Postures.getPostureState().status, self.Motions.getMotionState().status
         if role and ActionStatus.Moving in moving:  # it cannot let go within a kick
             self.Team.claim(role, 0.0)
@@ -83,13 +84,14 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return "keeper" if self.Team.claim("keeper", abs(self.GOAL - here)) else ""
 
     reported_at = 0.0  # when it saw what it reported last
+    ball_of_team = None  # where this robot or a mate saw the ball last
 
     @cached_property
     def GOAL(self):
         """Where the keeper stands, before the middle of its goal."""
         return complex(-self.FIELD.length / 2 + 0.4, 0.0)
 
-    def ball_of_team(self):
+    def find_ball_of_team(self):
         """Return where this robot or a mate saw the ball last; None if nobody has seen it recently."""
         ball, seen_at = self.sight
         sights = [(self.clock.now() - seen_at, ball)]
@@ -100,19 +102,14 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def seconds_to_ball(self):
         """Return how long this robot would take to kick the ball: its way to behind it, and its turn."""
-        ball = self.ball_of_team()
-        if ball is None:
+        if (ball := self.ball_of_team) is None:
             return self.FAR
-        here, facing = self.place()
-        goal = self.to_goal(ball)
-        behind = ball - 0.3 * goal
-        turn = abs(cmath.phase(goal / facing))
-        return abs(behind - here) / self.PACE + 2.0 * turn
+        (here, facing), goal = self.place(), self.to_goal(ball)
+        return abs(ball - 0.3 * goal - here) / self.PACE + 2.0 * abs(cmath.phase(goal / facing))
 
     def spot_beside_ball(self):
         """Return where a supporter waits: behind the ball, on its own side of it, out of the striker's way."""
-        ball = self.ball_of_team()
-        if ball is None:
+        if (ball := self.ball_of_team) is None:
             return None
         here, _ = self.place()
         first = [mate.name for mate in self.Team.getTeamState().mates if mate.doing == "supports"]
@@ -123,8 +120,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def spot_before_goal(self):
         """Return where the keeper stands: between the ball and its goal, out as far as a kick reaches it."""
-        ball = self.ball_of_team()
-        if ball is None:
+        if (ball := self.ball_of_team) is None:
             return self.GOAL
         middle = self.GOAL - 0.4
         way = ball - middle
@@ -133,7 +129,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def take_place(self, wanted, spot):
         """Walk to a place and look at the ball from there; return where it walks to."""
-        ball = self.ball_of_team()
+        ball = self.ball_of_team
         self.find_ball()
         here, facing = self.place()
         if wanted is None or ball is None:
@@ -157,14 +153,12 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         """Return whether mates see a ball for which this robot looks round, elsewhere than before its feet."""
         if not self.searches or self.clock.now() - max(self.sight[1], self.turned_at) <= self.LOST:
             return False
-        ball = self.ball_of_team()
-        return ball is not None and not self.is_near(ball)
+        return self.ball_of_team is not None and not self.is_near(self.ball_of_team)
 
     def turn_to_ball(self):
         """Turn to where mates see the ball, and look at it."""
         self.find_ball()
-        ball = self.ball_of_team()
-        if ball is None:
+        if (ball := self.ball_of_team) is None:
             return
         self.look_at(self.beside(ball))
         if self.is_standing():
@@ -172,7 +166,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def search(self, corner):
         """Look round for a ball that nobody of the team has seen recently; return where to look next."""
-        return corner if self.ball_of_team() is not None else self.sweep(corner)
+        return corner if self.ball_of_team is not None else self.sweep(corner)
     # </functions 1>
 
     # <functions 3>
