@@ -376,14 +376,9 @@ class SeenKind(_Part, frozen=True):
     """Error of the distance as a share of it, of what is not seen on the floor."""
 
 
-_MEASURED: Final = (
-    "benchmarks/bench_eyes.py, noisy pictures up to 4 m; range, and distance in the air: assumed"
-)
 SEEN: Final[Mapping[str, SeenKind]] = {
-    "ball": SeenKind(
-        farthest=6.0, missed=0.05, invented=0.003, direction=0.0036, distance=0.05, source=_MEASURED
-    ),
-    "robot": SeenKind(farthest=5.0, missed=0.21, direction=0.029, distance=0.1, source=_MEASURED),
+    "ball": SeenKind(farthest=6.0, missed=0.05, invented=0.003, direction=0.0036, distance=0.05),
+    "robot": SeenKind(farthest=5.0, missed=0.21, direction=0.029, distance=0.1),
     "goalpost": SeenKind(farthest=8.0, missed=0.1, invented=0.002, direction=0.01, distance=0.1),
     "crossing": SeenKind(farthest=3.0, missed=0.2, invented=0.002, direction=0.005),
     "line": SeenKind(farthest=3.0, missed=0.2, invented=0.01, direction=0.004),
@@ -391,7 +386,10 @@ SEEN: Final[Mapping[str, SeenKind]] = {
     "face": SeenKind(farthest=3.0, missed=0.1, direction=0.01, distance=0.1),
     "box": SeenKind(farthest=4.0, missed=0.1, direction=0.01, distance=0.1),
 }
-"""What is not measured, which has no source, is assumed."""
+"""Of balls and robots as `benchmarks/bench_eyes.py` measures eyes in noisy pictures up to 4 m; the rest is assumed.
+
+Their ranges, and the errors of distances in the air, are assumed, too.
+"""
 
 
 class Sight(_Part, frozen=True):
