@@ -386,7 +386,7 @@ SEEN: Final[Mapping[str, SeenKind]] = {
     "face": SeenKind(farthest=3.0, missed=0.1, direction=0.01, distance=0.1),
     "box": SeenKind(farthest=4.0, missed=0.1, direction=0.01, distance=0.1),
 }
-"""Of balls and robots as `benchmarks/bench_eyes.py` measures eyes in noisy pictures up to 4 m; the rest is assumed.
+"""Of balls and robots as `benchmarks/bench_eyes.py` measures eyes in noisy pictures; the rest is assumed.
 
 Their ranges, and the errors of distances in the air, are assumed, too.
 """
