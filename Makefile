@@ -134,6 +134,7 @@ node-modules: node
 	else echo "Node.js is not installed: tests of catalogs, with axe and with a JupyterHub are skipped"; fi
 
 tests/%/node_modules/.stamp: tests/%/package-lock.json
+	@[ ! -L tests/$*/node_modules ] || rm tests/$*/node_modules  # npm would empty the folder that a link leads to
 	npm ci --silent --prefix tests/$*
 	@touch $@
 

@@ -7,9 +7,8 @@ from typing import Final, NamedTuple
 import cv2
 import numpy as np
 
-from naoserver.soccer_field import Array
-from visualhfsm_match.localization._panorama import HEIGHT, Mask
-from visualhfsm_match.localization._picture import Numbers, horizon_of, on_floor, runs_of
+from naoserver.bodies.sight import Array, Mask
+from naoserver.eyes._shot import Numbers, horizon_of, on_floor, runs_of
 
 _STEP: Final = 4
 """Pixels from one searched column to the next."""
@@ -20,7 +19,7 @@ _PATCH: Final = 4
 _COLORED: Final = 0.08
 """Share of other colors from which it is no line that is seen along."""
 _TALL: Final = 0.2
-"""Height in m from which something has feet, for a camera at the usual height: a ball seems lower."""
+"""Height in m from which something has feet: a ball seems lower."""
 _AROUND: Final = 3
 """Searched columns to both sides that what stands hides as well: its edges blur."""
 
@@ -34,10 +33,10 @@ class Standing(NamedTuple):
     """Where what is taller than a ball stands, x and y in m in the robot's frame, a row for each column."""
 
 
-def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
+def find_standing(grass: Mask, white: Mask, to_floor: Array, eye: float) -> Standing:
     """Return what stands on the field, given which pixels are of grass or white.
 
-    `to_floor` leads from pixels to x, y, 1 on the floor.
+    `to_floor` leads from pixels to x, y, 1 on the floor, `eye` is the height of the camera in m.
     """
     height, width = grass.shape
     columns = np.arange(_STEP // 2, width, _STEP)
@@ -55,7 +54,7 @@ def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
     np.maximum.at(lowest, at[other], end[other])
     rows = np.arange(height)[:, None]
     hidden = (rows < _spread(lowest, width)) | (rows >= height - _spread(body, width))
-    tall = HEIGHT * (1.0 - np.hypot(*foot.T) / np.hypot(*top.T)) > _TALL
+    tall = eye * (1.0 - np.hypot(*foot.T) / np.hypot(*top.T)) > _TALL
     return Standing(hidden, foot[other & tall & (end == lowest[at])])
 
 
