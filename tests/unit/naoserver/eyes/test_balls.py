@@ -17,6 +17,7 @@ def of(reading, kind):
 
 def test_balls_in_the_air_are_where_they_are_by_their_size():
     robot = FakeRobot()
+    assert robot.eyes is not None
     looks = msgspec.structs.replace(read_looks(), balls={"red": RADIUS, "green": RADIUS})
     seen = {ball.name: ball for ball in of(PictureEyes(local_cameras(robot), looks).look(), "ball")}
     there = {ball.name: ball for ball in of(present(robot.eyes).look(), "ball")}

@@ -5,6 +5,7 @@ from naoserver.eyes._pictures import PictureEyes
 from naoserver.eyes.looks import read_looks
 from naoserver.fake import FakeRobot
 from tests.support.local_camera import local_cameras
+from zenoh_ice import VirtualClock
 
 
 def eyes_of(robot):
@@ -16,7 +17,7 @@ def of(reading, kind):
 
 
 def test_a_picture_is_looked_at_once():
-    robot = FakeRobot()
+    robot = FakeRobot(VirtualClock())
     eyes = eyes_of(robot)
     assert eyes.look() is eyes.look()
 
@@ -30,13 +31,15 @@ def test_a_camera_that_fails_shows_nothing_until_it_works(caplog):
                 raise HardwareFailure("its cable is loose")
             return super().capture(camera, width, height)
 
-    robot = Fails()
+    clock = VirtualClock()
+    robot = Fails(clock)
     eyes = eyes_of(robot)
     assert of(eyes.look(), "ball")
     robot.failing = True
-    deadline = robot.clock.now() + 0.2
-    while robot.clock.now() < deadline:
-        reading = eyes.look()
+    clock.advance(0.2)
+    eyes.look()
+    clock.advance(0.2)
+    reading = eyes.look()
     assert not of(reading, "ball")
     assert [record.message for record in caplog.records].count(
         "Camera shows nothing: its cable is loose"
