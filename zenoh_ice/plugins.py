@@ -36,7 +36,7 @@ class NotInstalledError(PluginError):
     """A plug-in is not installed; the message says what installs it."""
 
 
-def optional(package: str, install: str = "visualhfsm") -> Any:  # noqa: ANN401 - what the core may not import
+def optional(package: str, install: str) -> Any:  # noqa: ANN401 - what the core may not import
     """Return a plug-in of this repository, a package, which comes with what is to `install`.
 
     Raises NotInstalledError.

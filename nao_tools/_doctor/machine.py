@@ -143,7 +143,7 @@ def _check_rendering() -> Finding:
 def _check_grading() -> Iterator[Finding]:
     """Yield whether submissions can be graded here, if there is the plug-in that grades."""
     try:
-        yield from optional("visualhfsm_classes").check_grading()
+        yield from optional("visualhfsm_classes", "visualhfsm[classes]").check_grading()
     except NotInstalledError:
         return
     except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a file that hides a package raises

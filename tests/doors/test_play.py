@@ -72,6 +72,7 @@ def test_a_role_goes_over_when_its_robot_is_stopped_and_when_its_server_is_kille
 
 
 @needs("visualhfsm_match")
+@needs("visualhfsm_classes")
 @pytest.mark.promise("matches with a referee")
 def test_two_teams_that_stand_draw(tmp_path: Path) -> None:
     from visualhfsm_match._match import Plan

@@ -75,7 +75,7 @@ def new(
         raise typer.BadParameter("--language needs --exercise EXERCISE")
     if exercise is not None:
         with VisualHfsmError.in_place_of(NotInstalledError):
-            classes = optional("visualhfsm_classes")
+            classes = optional("visualhfsm_classes", "visualhfsm[classes]")
         files, said = classes.pupils_folder(exercise, language)
         _write(folder, files)
         typer.echo(said(folder))

@@ -84,7 +84,7 @@ def find_sandbox(
     Raises TrialsError without the plug-in; making and entering it raise VisualHfsmError where this computer
     can contain nothing.
     """
-    classes = _plug_in("visualhfsm_classes")
+    classes = _plug_in("visualhfsm_classes", "visualhfsm[classes]")
     sandbox: AbstractContextManager[Sandbox]
     sandbox = classes.Containment(files=files, unsafe=unsafe, seconds=seconds)
     return sandbox
@@ -97,6 +97,6 @@ def find_runner(address: str) -> AbstractContextManager[Pool[Any]]:
     return pool
 
 
-def _plug_in(module: str, install: str = "visualhfsm") -> Any:  # noqa: ANN401 - of what the core may not import
+def _plug_in(module: str, install: str) -> Any:  # noqa: ANN401 - of what the core may not import
     with TrialsError.in_place_of(NotInstalledError):
         return optional(module, install)

@@ -79,7 +79,7 @@ class FormerCode(Protocol):
 def former_code() -> FormerCode:
     """Return what is known about code."""
     try:
-        plug_in: FormerCode = optional("visualhfsm_old_documents")
+        plug_in: FormerCode = optional("visualhfsm_old_documents", "visualhfsm[old-documents]")
     except NotInstalledError:
         return _NotInstalled()
     return plug_in

@@ -17,7 +17,7 @@ from codegen.hfsm.formats.others import writable_formats
 from codegen.hfsm.loading import check_document
 from tests.support.pages import Block, Section, sections_of
 from tests.support.places import ROOT
-from tests.support.plugins import OF_THE_WHOLE, OLD_DOCUMENTS
+from tests.support.plugins import OF_THE_WHOLE, OLD_DOCUMENTS, needs
 from visualhfsm._document.conversion import convert_document
 
 INTERFACES, DOCUMENTS = (
@@ -44,6 +44,7 @@ def test_an_example_of_interfaces_brings_its_code_alone(tmp_path: Path) -> None:
 
 
 @OLD_DOCUMENTS
+@needs("visualhfsm_ros2")
 @pytest.mark.slow
 def test_an_example_of_documents_brings_its_code_alone(tmp_path: Path) -> None:
     assert wrong(DOCUMENTS, tmp_path) == {}

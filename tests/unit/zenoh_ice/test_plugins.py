@@ -60,9 +60,9 @@ def test_a_plug_in_of_ours_is_imported_by_its_name_or_says_what_installs_it(tmp_
     with pytest.raises(plugins.NotInstalledError, match=wanted):
         plugins.optional("visualhfsm_kites", "visualhfsm[kites]")
     monkeypatch.syspath_prepend(tmp_path)
-    assert plugins.optional("visualhfsm_kites").__name__ == "visualhfsm_kites"
+    assert plugins.optional("visualhfsm_kites", "visualhfsm[kites]").__name__ == "visualhfsm_kites"
     with pytest.raises(ModuleNotFoundError, match="a_library_that_nobody_has"):
-        plugins.optional("visualhfsm_wind")
+        plugins.optional("visualhfsm_wind", "visualhfsm[wind]")
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def test_a_folder_for_a_pupil_without_its_plug_in_says_what_to_install(tmp_path:
         )
         assert run_here(app, "visualhfsm", "new", tmp_path / "mine").returncode == 0
     assert refused.returncode == 1
-    assert "visualhfsm_classes is not installed; type: pip install 'visualhfsm'" in refused.stderr
+    assert "visualhfsm_classes is not installed; type: pip install 'visualhfsm[classes]'" in refused.stderr
     assert not (tmp_path / "ana").exists()
 
 

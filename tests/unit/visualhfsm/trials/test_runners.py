@@ -25,6 +25,6 @@ def test_without_a_plug_in_a_cluster_says_what_to_install() -> None:
 
 def test_without_a_plug_in_no_code_of_others_runs_and_what_contains_it_is_named() -> None:
     with pytest.raises(
-        TrialsError, match="visualhfsm_classes is not installed; type: pip install 'visualhfsm'"
+        TrialsError, match=r"visualhfsm_classes is not installed; type: pip install 'visualhfsm\[classes\]'"
     ):
         find_sandbox(files=(), unsafe=True)
