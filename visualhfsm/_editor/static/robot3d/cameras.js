@@ -126,7 +126,6 @@ export class Camera extends MonitorElement {
     past: {attribute: false},
     isLarge: {attribute: false},
     problem: {state: true},
-    seen: {state: true},
   };
 
   constructor() {
@@ -140,19 +139,12 @@ export class Camera extends MonitorElement {
     this.problem = undefined;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
-    /** What the robot sees on its present picture, as `Sight` says. @type {Mark[]} */
-    this.seen = [];
-  }
-
-  /** Those of the component and, on the present picture, what is seen. */
-  #marks() {
-    return [...marksOn(this.name), ...(this.past ? [] : this.seen)];
   }
 
   render() {
     const title = titleOf(this.name);
     const size = this.isLarge ? t("Smaller") : t("Larger");
-    const marks = this.#marks().map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
+    const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
     return html`<figure class="camera ${this.problem ? "lost" : ""}">
       <canvas
         width="320"
@@ -190,7 +182,6 @@ export class Camera extends MonitorElement {
 
   #showNow() {
     let [count, since] = [0, performance.now()];
-    this.seen = [];
     this.frames = receiveFrames(`camera/${encodeURIComponent(this.name)}`, {
       draw: async (frame) => {
         const canvas = await this.#paint(new Blob([frame], {type: "image/jpeg"}));
@@ -212,7 +203,6 @@ export class Camera extends MonitorElement {
         await new Promise(requestAnimationFrame);
       },
       lost: (reason) => (this.problem = reason || t("no image")),
-      told: (marks) => (this.seen = JSON.parse(marks)),
     });
   }
 
@@ -223,7 +213,7 @@ export class Camera extends MonitorElement {
     if (canvas.width !== image.width) Object.assign(canvas, {width: image.width, height: image.height});
     penOf(canvas).drawImage(image, 0, 0);
     image.close();
-    drawMarks(canvas, this.#marks());
+    drawMarks(canvas, marksOn(this.name));
     return canvas;
   }
 
@@ -257,7 +247,7 @@ export class Camera extends MonitorElement {
   /** Draw the marks alone, on a picture that is at least as large as they need. */
   #drawWithoutImage() {
     const canvas = this.#canvas;
-    const marks = this.#marks();
+    const marks = marksOn(this.name);
     while (canvas.width < 2560 && marks.some(({u, v}) => u >= canvas.width || v >= canvas.height))
       Object.assign(canvas, {width: 2 * canvas.width, height: 2 * canvas.height});
     penOf(canvas).clearRect(0, 0, canvas.width, canvas.height);

@@ -11,14 +11,12 @@ const AGAIN = 1500; // ms until a lost connection is retried
  * Receive frames until `close` is called.
  *
  * @param {string} path of the websocket, relative to the page
- * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void,
- *   told?: (text: string) => void}}
+ * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}}
  *   handlers the next frame is
- *   asked for when `draw` is done; its second argument says which one is the first of a connection;
- *   `told` gets text that comes between frames
+ *   asked for when `draw` is done; its second argument says which one is the first of a connection
  * @returns {{close: () => void}}
  */
-export function receiveFrames(path, {draw, lost, told}) {
+export function receiveFrames(path, {draw, lost}) {
   const kept = store.exported?.frames[path];
   if (kept) {
     draw(kept, true);
@@ -37,8 +35,7 @@ export function receiveFrames(path, {draw, lost, told}) {
       try {
         const begins = isFirst;
         isFirst = false;
-        if (typeof data === "string") told?.(data);
-        else await draw(data, begins);
+        await draw(data, begins);
       } catch (error) {
         lost(messageOf(error));
       }

@@ -1,6 +1,9 @@
-"""The localization of a robot on a soccer field: `Localizer` estimates its pose from what `Sight` shows."""
+"""The localization of a robot on a soccer field: `Localizer` estimates its pose from pictures.
 
-from visualhfsm_match.localization._localizer import Localizer
-from visualhfsm_match.localization._view import Pose, Seen
+It needs OpenCV.
+"""
 
-__all__ = ["Localizer", "Pose", "Seen"]
+from visualhfsm_match.localization._localizer import FloorPoint, Image, Localizer
+from visualhfsm_match.localization._panorama import Pose
+
+__all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
