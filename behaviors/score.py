@@ -18,21 +18,18 @@ from hfsm_runtime import (
     Transition,
     main,
 )
-from interfaces.jderobot import CameraPrx as JderobotCameraPrx
 from interfaces.jderobot import EncodersPrx
 from interfaces.nao import DescriptionPrx
 from interfaces.nao import MotionsPrx
 from interfaces.nao import PoseHeadPrx
 from interfaces.nao import PosturesPrx
+from interfaces.nao import SightPrx
 from interfaces.nao import WalkPrx
 
 # <libraries>
 import cmath
 import math
-import cv2
-import numpy as np
 from functools import cached_property
-from interfaces.jderobot import CameraPrx
 from interfaces.nao import ActionStatus
 from naoserver.body import read_body
 from naoserver.errors import RobotError
@@ -50,7 +47,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     start_heading = Parameter(0.0, "Where it faces then, to the left of the opponents' goal, in rad")
     goal_y = Parameter(0.0, "Where to kick, to the left of the middle of the goal, in m")
 
-    Camera = Proxy("Camera", JderobotCameraPrx)
+    Sight = Proxy("Sight", SightPrx)
     Head = Proxy("Head", PoseHeadPrx)
     Walk = Proxy("Walk", WalkPrx)
     Encoders = Proxy("Encoders", EncodersPrx)
@@ -60,19 +57,20 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     # <functions 1>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
-    RADIUS = 0.05  # of the ball in m
+    COLOR, RADIUS = "orange", 0.05  # of the ball, in m
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
     ASIDE = 0.4, 0.8, 1.2, -0.4, -0.8, -1.2, 0.0  # rad by which it kicks past another robot: towards the middle of the field first
-    WAY = 1.2, 0.15  # m that are to be free for a kick, ahead of the ball and to both sides
+    WAY = 1.2, 0.25  # m that are to be free of robots' middles for a kick, ahead of the ball and to both sides
+    RECENT = 2.0  # s for which another robot is where it was seen
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
-    oriented = -SURE
-    faced = 0j  # where the robot faced when it looked for the ball before
-    turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
+    oriented = looked = left = moved = -SURE  # when it looked to all sides, its head turned, it left for the next sweep, it moved
     sight = None, -SURE  # where it saw the ball last, and when
+    others = ()  # when and where it saw other robots
+    seen_to = -1.0  # the time of the newest look that has corrected where the robot is
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
     aside = 0.0  # rad by which it is kicked past that robot
@@ -95,86 +93,29 @@ class Score(Component, document="score.xml", on_error="stop"):
         """How the neck must point for the cameras to see a place."""
         return Gaze(self.body)
 
-    @cached_property
-    def cameras(self):
-        """The robot's cameras by name."""
-        server = self.Camera.ice_getCommunicator()
-        return {of.name: CameraPrx.uncheckedCast(server.stringToProxy(of.name)) for of in self.gaze.cameras}
-
-    @cached_property
-    def others(self):
-        """Where something stands on the field, by the camera that saw it last."""
-        return {}
-
     def find_ball(self):
-        """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
-        ball = None
-        before, (_, self.faced) = self.faced, self.place()
-        self.turned = self.clock.now() if abs(self.faced - before) > 0.04 else self.turned
-        still = self.is_still() and self.clock.now() - self.turned > self.LATE
-        for name, camera in self.cameras.items():
-            image = camera.getImageData("RGB8")
-            self.place()
-            if still:
-                self.localizer.see(image, camera.getFloorPoint)
-                here, facing = self.place()
-                feet = self.localizer.feet @ (1.0, 1j)
-                self.others[name] = here + facing * feet[abs(feet) > 0.6 * self.gaze.height]  # not its own arms
-            ball = ball or self.ball_in(image, name, camera)
-        if ball is not None:
-            self.sight = ball, self.clock.now()
-        return ball
-
-    def ball_in(self, image, name, camera):
-        """Return where the ball in a picture is."""
-        width, height = image.description.width, image.description.height
-        pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
-        hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-        orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
-        regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for region in sorted(regions, key=lambda each: each[:, 0, 1].max() > height - 3):  # its own legs last
-            u, v, radius = self.circle_of(region)
-            if radius < 2.0:
-                continue  # a speck, or a line
-            point = camera.getFloorPoint(u, v, self.RADIUS)
-            expected = self.focal(name, camera) * self.RADIUS / point.distance
-            if not 0.6 < radius / max(expected, 1e-6) < 1.5:
-                continue  # not as large as the ball is there
-            if point.distance > 2.0 * self.close and self.carpet_below(hsv, u, v, radius) < 0.4:
-                continue  # below the orange of a robot is a robot, which hides more than a line
-            self.mark(name, u, v, "ball")
+        """Return where the ball is, or None when it is out of sight; see where this robot and others are, too."""
+        look, now = self.Sight.getSight(), self.clock.now()
+        here, facing = self.place()
+        if look.time > self.seen_to + 0.15:  # a robot that walks is 2 cm on
+            self.seen_to = look.time
+            self.localizer.see(look.things, self.Head.getPose().time - look.time)
             here, facing = self.place()
-            return here + facing * complex(point.x, point.y)
+            robots = [here + facing * complex(it.x, it.y) for it in look.things if it.kind == "robot"]
+            recent = [each for each in self.others if now - each[0] < self.RECENT]
+            self.others = [*recent, *((now, at) for at in robots if cmath.isfinite(at))]
+        for it in look.things:  # the surest first
+            if it.kind == "ball" and it.name == self.COLOR and math.isfinite(it.x):
+                self.sight = here + facing * complex(it.x, it.y), now
+                return self.sight[0]
         return None
-
-    def circle_of(self, region):
-        """Return the circle round a region, or the largest in it if it is not round: the ball before a robot's orange toes."""
-        (u, v), radius = cv2.minEnclosingCircle(region)
-        if cv2.contourArea(region) >= 0.6 * math.pi * radius**2:
-            return u, v, radius
-        left, top, width, height = cv2.boundingRect(region)
-        filled = np.zeros((height + 2, width + 2), np.uint8)
-        cv2.drawContours(filled, [region], 0, 255, cv2.FILLED, offset=(1 - left, 1 - top))
-        _, radius, _, (u, v) = cv2.minMaxLoc(cv2.distanceTransform(filled, cv2.DIST_L2, 5))
-        return u + left - 1, v + top - 1, radius
-
-    def carpet_below(self, hsv, u, v, radius):
-        """Return how much of a picture below a circle is carpet, from 0 to 1; 1 if the picture ends there."""
-        rows = slice(int(v + 1.2 * radius), int(v + 3.2 * radius) + 1)
-        below = hsv[rows, max(0, int(u - radius)) : int(u + radius) + 1]
-        return cv2.inRange(below, (35, 60, 15), (90, 255, 255)).mean() / 255 if below.size else 1.0
-
-    def focal(self, name, camera):
-        """Return the focal length of a camera in pixels, asked for once."""
-        self.focals = getattr(self, "focals", {})
-        if name not in self.focals:
-            self.focals[name] = camera.getCameraDescription().fdistx
-        return self.focals[name]
 
     def place(self):
         """Return where the robot is on the field, and which way it faces."""
-        at = self.Encoders.getEncodersData()
-        self.localizer.move(at.robotx, at.roboty, at.robottheta)
+        now = self.clock.now()
+        if now - self.moved > 0.01:  # one answer is enough for a cycle
+            self.moved, at = now, self.Encoders.getEncodersData()
+            self.localizer.move(at.robotx, at.roboty, at.robottheta, now)
         x, y, heading = self.localizer.pose
         return complex(x, y), cmath.rect(1.0, heading)
 
@@ -205,16 +146,12 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Return whether no walk to a place is on its way."""
         return self.Walk.getWalkState().status is not ActionStatus.Moving
 
-    def is_held(self):
-        """Return whether the walk ended before its end: something holds it up."""
-        return self.Walk.getWalkState().status is ActionStatus.Stopped
-
     def is_still(self):
         """Return whether the newest picture is from a head that was still: from one that turns it shows less."""
-        pose = self.Head.getPose()
+        pose, now = self.Head.getPose(), self.clock.now()
         if abs(pose.panSpeed) + abs(pose.tiltSpeed) > 0.3:
-            self.looked = self.clock.now()
-        return self.clock.now() - self.looked > self.LATE
+            self.looked = now
+        return now - self.looked > self.LATE
 
     def aim(self, ball):
         """Return where to kick the ball: to the middle of the goal, straight on where that is near enough, or before it."""
@@ -222,9 +159,8 @@ class Score(Component, document="score.xml", on_error="stop"):
         end = max(line, ball.real) + 0.3  # a ball that lies deep in the goal is pushed on, not back
         free = max(0.0, 0.4 - 0.15 * abs(end - ball))  # m beside the middle
         aim = complex(end, max(self.goal_y - free, min(self.goal_y + free, ball.imag)))
-        if abs(aim.imag - ball.imag) > max(0.45, 1.5 * (line - ball.real)):
-            aim = complex(line - self.FIELD.penalty_mark, 0.0)  # from here the goal is too narrow
-        return aim
+        narrow = abs(aim.imag - ball.imag) > max(0.45, 1.5 * (line - ball.real))
+        return complex(line - self.FIELD.penalty_mark, 0.0) if narrow else aim  # from there the goal is wide enough
 
     def to_goal(self, ball):
         """Return the direction in which to kick the ball: past another robot, where one is in its way."""
@@ -241,9 +177,8 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     def avoid_others(self, ball):
         """Kick the ball past what stands in its way, once the robot is behind it, and near enough to see that well."""
-        here, _ = self.place()
-        behind = (ball - here) / self.to_goal(ball)
-        if abs(behind) < self.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 2:
+        behind = (ball - self.place()[0]) / self.to_goal(ball)
+        if abs(behind) < self.gaze.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 1:
             self.turn_aside(ball)
 
     def turn_aside(self, ball):
@@ -254,15 +189,14 @@ class Score(Component, document="score.xml", on_error="stop"):
         self.aside, self.held = min(others, key=lambda each: self.hindrance(ball, each)), ball
 
     def hindrance(self, ball, aside):
-        """Return how much stands in the way of the ball; infinite if it would miss a goal that is near."""
+        """Return how often robots were seen in the way of the ball; infinite if it would miss a goal that is near."""
         way = self.to_aim(ball, aside)
         line, (length, width) = self.FIELD.length / 2, self.WAY
         left = ball.imag + (line - ball.real) * way.imag / max(way.real, 0.1)
         if aside and abs(self.aim(ball) - ball) < 1.5 and abs(left) > self.FIELD.goal_width / 2 - 2 * self.RADIUS:
             return math.inf
-        others = np.concatenate([*self.others.values(), np.empty(0, complex)])
-        ahead = (others[others.real < line - 0.2] - ball) / way
-        return np.count_nonzero((ahead.real > 0.12) & (ahead.real < length) & (abs(ahead.imag) < width))
+        ahead = [(other - ball) / way for _, other in self.others if other.real < line - 0.2]
+        return sum(0.12 < at.real < length and abs(at.imag) < width for at in ahead)
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -274,84 +208,49 @@ class Score(Component, document="score.xml", on_error="stop"):
     def look_at(self, place):
         """Turn the head to a place in the robot's frame, as far as it turns; return whether it is there."""
         pan, tilt = self.gaze.at(place.real, place.imag, self.RADIUS)
-        aim = self.Head.setPose(pan, tilt, self.gaze.pace)
-        pose = self.Head.getPose()
+        aim, pose = self.Head.setPose(pan, tilt, self.gaze.pace), self.Head.getPose()
         return max(abs(pose.pan - aim.pan), abs(pose.tilt - aim.tilt)) < 0.05
-
-    @cached_property
-    def far(self):
-        """A distance in m at which the robot sees much of the floor."""
-        return 2.5 * self.gaze.height
-
-    @cached_property
-    def close(self):
-        """A distance in m at which one camera, turned to it, sees the floor from before the feet on."""
-        return 0.7 * self.gaze.height
-
-    @cached_property
-    def sides(self):
-        """The pans of the neck in rad that show all sides but the back, as far as it turns."""
-        return [pan for pan in (0.0, 0.9, 1.8, -0.9, -1.8) if abs(pan) < self.Head.getLimits().maxPan]
-
-    @cached_property
-    def corners(self):
-        """Where to look for the ball, in the robot's frame."""
-        pans = sorted(self.sides)
-        far = [cmath.rect(self.far, pan) for pan in pans]
-        ahead = pans.index(0.0)
-        if not self.is_blind_before_its_feet():
-            return [*far[ahead:], *far[:ahead][::-1], 0.3, self.far]
-        # A picture of the far floor does not show the near one: on the way from left to right it looks at that.
-        near = [cmath.rect(self.close, pan) for pan in pans]
-        return [*far[ahead:], *near[::-1], *far[:ahead]]
 
     def in_sight(self, ball):
         """Return whether the robot sees a ball that lies there when it looks at it: before its feet perhaps not."""
         at = self.beside(ball)
         return self.gaze.sees(at.real, at.imag, self.RADIUS)
 
-    def is_blind_before_its_feet(self):
-        """Return whether it sees no ball that lies where it can be kicked."""
+    @cached_property
+    def is_blind(self):
+        """Whether it sees no ball that lies where it can be kicked."""
         return not any(self.gaze.sees(*kick.place, self.RADIUS) for kick in self.body.kicks.values())
-
-    def look_for_lines(self, side):
-        """Turn the head to a side; return the next side once it is there and was seen."""
-        there = self.look_at(cmath.rect(self.far, self.sides[side]))
-        return side + 1 if there and self.is_still() else side
 
     def first_corner(self, ball):
         """Return where a search begins, by where the ball was: perhaps before its feet, where it may not see it."""
         if ball is None:
             return -1 if self.is_near(self.sight[0]) else 0
-        return -3 if self.is_near(ball) and self.is_blind_before_its_feet() else 0
+        return -3 if self.is_near(ball) and self.is_blind else 0
 
     def is_near(self, ball):
         """Return whether a ball lies before the feet, as far as it is known."""
-        return ball is not None and abs(self.beside(ball)) < self.close
+        return ball is not None and abs(self.beside(ball)) < self.gaze.close
 
     def sweep(self, corner):
-        """Look around, then turn; return which corner is next."""
+        """Look around, then turn; return which corner is next: before 0, it steps back from what it does not see."""
         if not self.is_standing():
             if self.clock.now() - self.left > 6.0:
                 self.Walk.stop()  # it marches on the spot, for a place that need not be that good
             return corner
-        corners = self.corners
-        place = (self.far, self.close, self.close)[corner] if corner < 0 else corners[corner % len(corners)]
+        far, close = self.gaze.far, self.gaze.close
+        corners = self.gaze.round(near=self.is_blind)
+        place = (far, close, close)[corner] if corner < 0 else corners[corner % len(corners)]
         if not self.look_at(place) or not self.is_still():
             return corner
-        if corner == -2:
+        back = 0.4 if corner == -2 or corner + 1 == len(corners) and self.is_blind else 0.0
+        if corner == -2 or corner >= 0 and (corner + 1) % len(corners) == 0:
             self.left = self.clock.now()
-            self.Walk.walkTo(-0.4, 0.0, 0.0)
-        elif corner >= 0 and (corner + 1) % len(corners) == 0:
-            back = 0.4 if corner + 1 == len(corners) and self.is_blind_before_its_feet() else 0.0
-            self.left = self.clock.now()
-            self.Walk.walkTo(-back, 0.0, 2.0)  # no more: it sees what lay before its feet at its side then
+            self.Walk.walkTo(-back, 0.0, 0.0 if corner < 0 else 2.0)  # no more: it sees what lay before its feet at its side then
         return corner + 1
 
     def choose_foot(self, ball):
         """Return where the ball is to be beside the robot: before the foot that is nearer."""
-        here, _ = self.place()
-        left = ((here - ball) / self.to_goal(ball)).imag
+        left = ((self.place()[0] - ball) / self.to_goal(ball)).imag
         return min((complex(*kick.place) for kick in self.body.kicks.values()), key=lambda at: abs(at.imag + left))
 
     def kick_for(self, ball):
@@ -395,8 +294,7 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     def can_kick(self, ball):
         """Return whether the ball lies before a foot, and that looks to the goal, as far as the robot knows."""
-        at = self.beside(ball)
-        _, facing = self.place()
+        at, (_, facing) = self.beside(ball), self.place()
         off = cmath.phase(self.to_goal(ball) / facing)
         reaches = any(kick.reaches(at.real, at.imag) for kick in self.body.kicks.values())
         return reaches and abs(off) < 0.2 and self.is_sure()
@@ -411,7 +309,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         sights = 0  # of the ball in the goal, one after the other: a wrong place of the robot's shows by then
         doubts = 0  # cycles in which it was unsure of its place, one after the other: lines may come
         tries = 0  # looks at the ball since the last kick
-        knows = looks = lost = moves = stands = False
+        knows = looks = lost = moves = stands = there = False
         known = None  # where the ball was when the robot knew its own place
         foot = spot = before = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
         spot_at = 0.0
@@ -554,17 +452,17 @@ class Score(Component, document="score.xml", on_error="stop"):
             # </entry 1.7>
 
         def state_orient():
-            nonlocal corner, knows, moves, stands
+            nonlocal corner, knows, moves, stands, there
             # <code 1.7>
             moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
             if not moves and not stands:
                 stands = True
                 self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
             elif not moves:
-                if self.is_still():
-                    self.find_ball()
-                corner = self.look_for_lines(corner)
-                if corner == len(self.sides):
+                self.find_ball()
+                there = self.look_at(cmath.rect(self.gaze.far, self.gaze.sides[corner]))
+                corner += there and self.is_still()
+                if corner == len(self.gaze.sides):
                     corner = 0
                     knows = self.localizer.find()
                     if knows:
@@ -649,7 +547,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
         def guard_held():
-            return self.is_held()  # <trigger 1.14/>
+            return self.Walk.getWalkState().status is ActionStatus.Stopped  # <trigger 1.14/>
 
         transition_14 = Transition("held", state_2, state_8, id=14, priority=3, guard=guard_held)
 

@@ -11,9 +11,11 @@ from typing import Annotated, Any
 
 import typer
 
+from nao_tools import NaoError
 from nao_tools._completion import complete_call, complete_camera, complete_servant, complete_stream
 from nao_tools._security.command import app as security
-from zenoh_ice.application.cli import finite, report_ready, with_settings
+from zenoh_ice.application import missing_package
+from zenoh_ice.application.cli import SERVER_WAIT, ServerWait, finite, report_ready, with_settings
 from zenoh_ice.settings import ROUTER_DEFAULTS, Settings
 
 app = typer.Typer(
@@ -160,6 +162,31 @@ def save_image(
     from nao_tools._images import save_image
 
     save_image(settings, camera, file, as_json=json)
+
+
+@_command("nao eyes", "nao eyes --realm red1 --rate 5", "nao eyes --looks my-eyes.toml")
+def eyes(
+    *,
+    settings: Settings,
+    looks: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="What to look for (TOML), as naoserver/eyes/eyes.toml has it."),
+    ] = None,
+    rate: Annotated[
+        float, typer.Option(min=0.1, max=100.0, callback=finite, help="At most so many looks a second.")
+    ] = 20.0,
+    server_wait: ServerWait = SERVER_WAIT,
+) -> None:
+    """See balls, robots, tags and a soccer field in the robot's pictures, and serve that as Sight.
+
+    Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
+    """
+    try:
+        from naoserver.eyes.looks import read_looks
+        from naoserver.eyes.serving import serve_eyes
+    except ModuleNotFoundError as error:
+        raise NaoError(missing_package(error, "vision")) from error
+    serve_eyes(settings, read_looks(looks), rate=rate, wait=server_wait)
 
 
 @_command("nao status", "nao status --all", "nao status --json | jq .robot.Battery.charge")

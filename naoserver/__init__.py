@@ -2,6 +2,7 @@
 
 A command passes these rooms from a client to the robot, each of which stands on those below it:
 
+- `eyes/`: sees what a robot's pictures show, beside its server (`nao eyes`);
 - `serving/`: one servant for each interface, and what puts them in front of the parts of a robot;
 - `moves/`: what moves joints for long;
 - `safety/`: who may move a robot, how far and how fast, and who stops it;

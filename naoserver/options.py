@@ -66,6 +66,8 @@ class ServerOptions:
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
     """Settings of individual cameras by identity; the others have `usual_settings`."""
+    sight: bool = True
+    """Whether what it sees without pictures is served; else `nao eyes` may serve it."""
     team: str = ""
     """The team whose robots hear each other; empty for a robot that has none."""
     resume_after_reset: bool = False

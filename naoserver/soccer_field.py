@@ -69,6 +69,19 @@ class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         x, y = self.length / 2, self.goal_width / 2 + POST_RADIUS
         return (x, y), (x, -y), (-x, y), (-x, -y)
 
+    @property
+    def crossings(self) -> tuple[tuple[float, float, str], ...]:
+        """The places where lines meet or cross: x and y in m, and L, T or X; and the penalty marks: mark."""
+        end, side, circle = self.length / 2, self.width / 2, self.circle_diameter / 2
+        quarter = [(end, side, "L"), (0.0, side, "T"), (0.0, circle, "X"), (0.0, 0.0, "X")]
+        quarter.append((end - self.penalty_mark, 0.0, "mark"))
+        for depth, breadth in (self.penalty_area, self.goal_area):
+            quarter += [(end, breadth / 2, "T"), (end - depth, breadth / 2, "L")]
+        all_four = [
+            (i * x + 0.0, j * y + 0.0, kind) for x, y, kind in quarter for i in (1, -1) for j in (1, -1)
+        ]
+        return tuple(dict.fromkeys(all_four))
+
 
 class FieldLines:
     """The middles of a field's lines: straight ones, and a circle round the origin."""

@@ -122,6 +122,9 @@ _Xacro = Annotated[
     typer.Option(metavar="NAME:=VALUE", help="Argument of --body in xacro, such as dof:=7; may be repeated."),
 ]
 _Force = Annotated[bool, typer.Option("--force", help="Overwrite the file of --write-body.")]
+_Sight = Annotated[
+    bool, typer.Option("--sight/--no-sight", help="Serve what the robot sees, or leave that to `nao eyes`.")
+]
 _Cameras = Annotated[
     list[str] | None,
     typer.Option(
@@ -175,6 +178,7 @@ def naoserver_sim(
     write_body: _WriteBody = None,
     force: _Force = False,
     camera: _Cameras = None,
+    sight: _Sight = True,
     joint_speed: JointSpeed = None,
     resume_after_reset: ResumeAfterReset = False,
     team: TeamName = "",
@@ -187,6 +191,7 @@ def naoserver_sim(
     options = ServerOptions(
         safety=capped(joint_speed),
         cameras=parse_cameras(camera or ()),
+        sight=sight,
         team=team,
         resume_after_reset=resume_after_reset,
     )

@@ -131,7 +131,7 @@ class SimulatedStage:
         _require(-_FARTHEST_PLACE, _FARTHEST_PLACE, "m", x=x, y=y)
         _require(-math.tau, math.tau, "rad", heading=heading)
         qpos = self._start_qpos.copy()
-        base, start = self._model.base.qpos, self._model.world.robot
+        base, start = self._model.base.qpos, self._model.start
         turn = np.array(about_z(heading - start.heading))
         offset = np.zeros(3)
         mujoco.mju_rotVecQuat(offset, qpos[base : base + 3] - [*start.position, 0.0], turn)
@@ -180,13 +180,13 @@ class SimulatedStage:
     def _carried_at(self, snapshot: Snapshot, name: str) -> Vector:
         """Return the place of a ball that is carried round the robot's start by pan, distance and height."""
         pan, distance, height = snapshot.qpos[self._model.balls[name].qpos].tolist()
-        start = self._model.world.robot
+        start = self._model.start
         angle = start.heading + pan
         x, y = start.position
         return x + distance * math.cos(angle), y + distance * math.sin(angle), height
 
     def _place_carried(self, name: str, position: Vector) -> None:
-        index, start = self._model.balls[name], self._model.world.robot
+        index, start = self._model.balls[name], self._model.start
         x, y = position[0] - start.position[0], position[1] - start.position[1]
         pan = math.remainder(math.atan2(y, x) - start.heading, math.tau)
         places = np.array([pan, math.hypot(x, y), position[2]])

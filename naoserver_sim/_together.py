@@ -75,7 +75,7 @@ def stand_together(
         move_in(whole, data, share, model.mj, state)
         _dress(whole, robot, prefix)
         rest = {name: index for name, index in roots.items() if name != robot.name}
-        models.append(replace(model, whole=whole, share=share, others=rest, loose=loose))
+        models.append(replace(model, world=home, whole=whole, share=share, others=rest, loose=loose))
     mujoco.mj_forward(whole, data)
     _require_room(whole, data, roots)
     return tuple(models), data

@@ -31,7 +31,7 @@ from naoserver_sim._surroundings import (
     spectator_of,
 )
 from naoserver_sim.appearance import add_appearance
-from naoserver_sim.world import DEFAULT_WORLD, World, load_world
+from naoserver_sim.world import DEFAULT_WORLD, StartPose, World, load_world
 
 WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
@@ -105,6 +105,9 @@ class Model:
     body: Body
     robot: DeviceIndex
     world: World
+    """What it stands in, with others."""
+    start: StartPose
+    """Where it starts there."""
     balls: Mapping[str, DeviceIndex]
     """The mechanisms of carried balls."""
     loose: Mapping[str, FreeIndex]
@@ -188,6 +191,7 @@ def build_model(world: World | None = None, *, skin: bool = True, body: Body | N
         body=body,
         robot=robot,
         world=world,
+        start=world.robot,
         balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
         loose={name: free_index(mj, name, name) for name in world.loose},
         cameras=(*cameras[:-1], spectator),

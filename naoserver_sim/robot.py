@@ -29,6 +29,7 @@ from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim._locomotion import Locomotion
 from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
+from naoserver_sim._senses.sight import SimulatedEyes
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import Physics, RunningPhysics, Simulator, Snapshot
 from naoserver_sim._stage import SimulatedStage
@@ -227,6 +228,7 @@ class ArenaRobot(SimulatedDevice):
             if part is not None:
                 simulator.parts.append(part.tick)
         self._model = model
+        self.eyes: Final = SimulatedEyes(model, simulator, noise=noise, seed=seed) if body.cameras else None
         self.lights: Final = FadingLights(self.clock.now, body.lights)
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
         self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None

@@ -120,7 +120,7 @@ def _put_on_floor(model: Model, data: mujoco.MjData) -> None:
     level = np.array((1.0, 0.0, 0.0, 0.0))
     if body.soles:
         mujoco.mju_mat2Quat(level, data.geom(sole("left")).xmat.reshape(3, 3).T.flatten())
-    start = model.world.robot
+    start = model.start
     mujoco.mju_mulQuat(data.qpos[base + 3 : base + 7], np.array(about_z(start.heading)), level)
     mujoco.mj_forward(mj, data)
     data.qpos[base + 2] -= _height(model, data) - _GAP

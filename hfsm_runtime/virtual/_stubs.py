@@ -194,7 +194,7 @@ def black_camera(identity: str, interface: Interface) -> dict[str, Any]:
         "getImageData": picture,
     }
     if jderobot.CameraPrx.ice_interface in interface.lineage:
-        nowhere = jderobot.FloorPoint(x=math.inf, y=math.inf, distance=math.inf)
+        nowhere = jderobot.FloorPoint(x=math.inf, y=math.inf, distance=math.inf, pan=0.0, tilt=0.0)
         answers |= {"getCameraDescription": _description(identity), "getFloorPoint": nowhere}
     return answers
 

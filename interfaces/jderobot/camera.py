@@ -50,13 +50,18 @@ class FloorPoint(ice.Struct):
     """
 
     x: float = 0.0
-    """In m; infinite, as all else, of a pixel that shows nothing at that height."""
+    """In m; infinite, as the distance, of a pixel that shows nothing at that height."""
     y: float = 0.0
     distance: float = 0.0
     """Distance from the camera in m."""
+    pan: float = 0.0
+    """Where the pixel is as seen from the camera, in the torso's frame in rad: pan is positive to the left,
+    tilt down.
+    """
+    tilt: float = 0.0
 
 
-class CameraPrx(ImageProviderPrx, id="::jderobot::Camera", fingerprint="67d7c27f7ba88d41"):
+class CameraPrx(ImageProviderPrx, id="::jderobot::Camera", fingerprint="3eb641c00ee6d115"):
     """A camera that can be described, configured, started and stopped."""
 
     @ice.operation(idempotent=True)

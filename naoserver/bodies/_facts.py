@@ -46,6 +46,7 @@ class Facts(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fa
     """The parts whose places can be asked for and reached: hands, feet, the head, cameras."""
     cameras: Annotated[tuple[parts.Camera, ...], Meta(max_length=parts.MOST_CAMERAS)] = ()
     """The cameras, the most important one first."""
+    sight: parts.Sight = parts.Sight()
     inertial_unit: parts.InertialUnit | None = None
     soles: tuple[parts.Sole, ...] = ()
     """The soles of the left and of the right foot, or none."""

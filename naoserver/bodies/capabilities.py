@@ -232,6 +232,41 @@ class Senses(Protocol):
         """Return the reading of the inertial unit only: a simulation need not measure distances for it."""
 
 
+@dataclass(frozen=True, slots=True)
+class SeenThing:
+    """Something that a camera shows; the fields are those of `nao::SeenThing`."""
+
+    kind: str
+    name: str
+    certainty: float
+    camera: str
+    time: float
+    left: float
+    down: float
+    pan: float
+    tilt: float
+    distance: float
+    distance_error: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class SightReading:
+    """What is seen in the newest picture of each camera."""
+
+    time: float
+    """Robot time of the newest picture in s."""
+    things: tuple[SeenThing, ...] = ()
+
+
+class Eyes(Protocol):
+    """What knows without pictures what the cameras show: a simulation does."""
+
+    def look(self) -> SightReading:
+        """Return what is seen now; the same reading until there would be another picture."""
+
+
 Color = tuple[float, float, float]
 """Red, green and blue from 0 to 1."""
 

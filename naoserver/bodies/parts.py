@@ -15,7 +15,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Final, Literal
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from naoserver.bodies.capabilities import Color, FootReading
@@ -356,6 +356,55 @@ class Camera(CameraFacts, frozen=True, kw_only=True, forbid_unknown_fields=True)
     ros_name: Name | None = None
     """The beginning of its frames in ROS; by default its name."""
     source: str = ""
+
+
+_Share = Annotated[float, Meta(ge=0.0, le=1.0, description="write a share from 0 to 1")]
+
+
+class SeenKind(_Part, frozen=True):
+    """How well the cameras see things of a kind; errors are standard deviations."""
+
+    farthest: _Positive
+    """Distance in m up to which they are seen."""
+    missed: _Share = 0.0
+    """Share of looks that miss one although it shows."""
+    invented: _Share = 0.0
+    """How many a picture shows that are not there."""
+    direction: _NotNegative = 0.0
+    """Error of the direction in rad."""
+    distance: _NotNegative = 0.0
+    """Error of the distance as a share of it, of what is not seen on the floor."""
+
+
+SEEN: Final[Mapping[str, SeenKind]] = {
+    "ball": SeenKind(farthest=6.0, missed=0.05, invented=0.003, direction=0.0036, distance=0.05),
+    "robot": SeenKind(farthest=5.0, missed=0.21, direction=0.029, distance=0.1),
+    "goalpost": SeenKind(farthest=8.0, missed=0.1, invented=0.002, direction=0.01, distance=0.1),
+    "crossing": SeenKind(farthest=3.0, missed=0.2, invented=0.002, direction=0.005),
+    "line": SeenKind(farthest=3.0, missed=0.2, invented=0.01, direction=0.004),
+    "tag": SeenKind(farthest=3.0, missed=0.03, direction=0.003, distance=0.03),
+    "face": SeenKind(farthest=3.0, missed=0.1, direction=0.01, distance=0.1),
+    "box": SeenKind(farthest=4.0, missed=0.1, direction=0.01, distance=0.1),
+}
+"""Of balls and robots as `benchmarks/bench_eyes.py` measures eyes in noisy pictures; the rest is assumed.
+
+Their ranges, and the errors of distances in the air, are assumed, too.
+"""
+
+
+class Sight(_Part, frozen=True):
+    """How well eyes see what the cameras show, as a simulation imitates them where it is not exact."""
+
+    rate: _Positive = 15.0
+    """Looks a second."""
+    delay: Annotated[float, Meta(ge=0.0, le=0.15, description="write s, 0.15 at most")] = 0.08
+    """Seconds from the moment of a picture until it is known what it shows."""
+    lean: _NotNegative = 0.02
+    """Error in rad, a standard deviation, of all directions in one picture: joints and senses have errors.
+
+    Those of balls are 1.6 degrees more in the torso's frame than in the picture (benchmarks/bench_eyes.py).
+    """
+    kinds: dict[str, SeenKind] = field(default_factory=lambda: dict(SEEN))
 
 
 class Place(_Part, frozen=True):

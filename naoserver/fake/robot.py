@@ -21,6 +21,7 @@ from naoserver.bodies.body import Body
 from naoserver.bodies.description import write_looks
 from naoserver.bodies.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.bodies.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
+from naoserver.bodies.sight import CameraPlace, Thing
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.protocol.jobs import ControlLoop
@@ -43,14 +44,18 @@ class Ball:
     distance: float
     height: float
 
+    @property
+    def place(self) -> Point:
+        """Its middle in the robot's frame in m."""
+        return self.distance * math.cos(self.pan), self.distance * math.sin(self.pan), self.height
+
 
 def project(place: Matrix, ball: Ball) -> Point:
     """Return the centre of a ball in the frame of a camera in m: ahead, to the left, up.
 
     `place` is that of the camera in the robot's frame, as `naoserver.bodies.kinematics` returns it.
     """
-    x, y = ball.distance * math.cos(ball.pan), ball.distance * math.sin(ball.pan)
-    ahead, left, up = (((x, y, ball.height) - place[:3, 3]) @ place[:3, :3]).tolist()
+    ahead, left, up = ((ball.place - place[:3, 3]) @ place[:3, :3]).tolist()
     return ahead, left, up
 
 
@@ -80,6 +85,13 @@ def paint(
     return image
 
 
+def camera_place(body: Body, camera: Camera, angles: Mapping[str, float]) -> Matrix:
+    """Return the place of a camera in the robot's frame."""
+    kinematics = kinematics_of(body)
+    link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
+    return link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
+
+
 def view(
     body: Body,
     camera: Camera,
@@ -89,11 +101,36 @@ def view(
 ) -> Frame:
     """Return what a camera of a body, with its joints as they are read, sees of balls of some colors."""
     angles = dict(zip(body.joint_names, reading.positions, strict=True))
-    kinematics = kinematics_of(body)
-    link = kinematics.torso_place(angles) @ kinematics.link_place(camera.link, angles)
-    place = link @ matrix_of((*camera.position, 0.0, camera.tilt, 0.0))
+    place = camera_place(body, camera, angles)
     seen = [(project(place, ball), color) for ball, color in balls]
     return Frame(camera.name, reading.time, *size, paint(camera, size, seen))
+
+
+class FakeEyes:
+    """See the balls that the cameras of a fake robot show. Implements Eyes."""
+
+    def __init__(self, robot: FakeRobot) -> None:
+        self._robot = robot
+
+    def look(self) -> capabilities.SightReading:
+        robot = self._robot
+        reading, body = robot.read(), robot.body
+        angles = dict(zip(body.joint_names, reading.positions, strict=True))
+        torso = kinematics_of(body).torso_place(angles)
+        balls = [(ball.name, Ball(*ball.read().positions)) for ball in robot.mechanisms]
+        middles = np.array([ball.place for _, ball in balls]).reshape(-1, 3)
+        seen: list[capabilities.SeenThing] = []
+        for camera in body.cameras:
+            place = camera_place(body, camera, angles)
+            at = CameraPlace(camera, reading.time, place[:3, 3], place[:3, :3], torso[:3, :3])
+            shown = at.shows(middles)
+            things = [
+                Thing("ball", _COLOR_NAMES[name])
+                for (name, _), is_shown in zip(balls, shown, strict=True)
+                if is_shown
+            ]
+            seen += at.see(things, middles[shown], middles[shown])
+        return capabilities.SightReading(reading.time, tuple(seen))
 
 
 _GRAVITY: Final = 9.81  # m/s2
@@ -427,6 +464,7 @@ _BALL_JOINTS: Final = (
     ("Height", 0.0, 1.5, 1.0, 10.0),
 )
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
+_COLOR_NAMES: Final = {"BallRed": "red", "BallGreen": "green"}
 
 
 class FakeRobot(FakeDevice):
@@ -471,6 +509,7 @@ class FakeRobot(FakeDevice):
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
         self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
         self.senses = FakeSenses(self.clock, body)
+        self.eyes: Final = FakeEyes(self) if body.cameras else None
 
     def _go_on(self) -> None:
         """Turn also the wheels that drive it."""

@@ -124,6 +124,7 @@ class ServoRobot:
     lights: capabilities.Lights | None = None
     voice: capabilities.Voice | None = None
     loudspeaker: capabilities.Loudspeaker | None = None
+    eyes: capabilities.Eyes | None = None
     postures: capabilities.OwnPostures | None = None
     stage: capabilities.Stage | None = None
     control_loop: ControlLoop | None = None

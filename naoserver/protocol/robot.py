@@ -50,6 +50,7 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import (
     Balancer,
+    Eyes,
     GainControl,
     Lights,
     Loudspeaker,
@@ -188,6 +189,10 @@ class Robot(JointDevice, Protocol):
     @property
     def senses(self) -> Senses | None:
         """Its senses, except joints and cameras; None when it has none."""
+
+    @property
+    def eyes(self) -> Eyes | None:
+        """What knows what its cameras show; None for a robot that has pictures only."""
 
     @property
     def lights(self) -> Lights | None:

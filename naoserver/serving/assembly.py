@@ -35,6 +35,7 @@ from naoserver.serving._description import ClockI, DescriptionI, HealthI, Safety
 from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver.serving._shared import StateStream
+from naoserver.serving._sight import SightI
 from naoserver.serving._team import TeamI
 from naoserver.serving.camera import BodyHistory, CameraI, usual_settings
 from naoserver.serving.medium import Membership
@@ -110,6 +111,8 @@ class Assembly:
         self._add_surroundings()
         self._history = BodyHistory(robot, self._wake)
         self._cameras = self._add_cameras()
+        if robot.eyes is not None and options.sight:
+            self._add(Sight=SightI(robot.eyes))
         self._add_expression(hears=hears or robot.stage is not None)
         self.player: Final = self._add_motions()
         """The player of motions."""

@@ -82,12 +82,12 @@ class BodyHistory:
     def _wanted(self) -> bool:
         return self._robot.clock.now() - self._used < _WANTED
 
-    def place_in(self, moment: Moment, link: str) -> Matrix:
-        """Return where a link is in the robot's frame."""
+    def places_in(self, moment: Moment, link: str) -> tuple[Matrix, Matrix]:
+        """Return where the torso is in the robot's frame, and a link in the torso's."""
         _, roll, pitch, *positions = moment.tolist()
         angles = dict(zip((joint.name for joint in self._robot.joints), positions, strict=True))
         root = self._kinematics.torso_place(angles, roll, pitch)
-        return root @ self._kinematics.link_place(link, angles)
+        return root, self._kinematics.link_place(link, angles)
 
 
 Pixels = NDArray[np.uint8]
@@ -195,8 +195,8 @@ class CameraI(jderobot.Camera):
         """When it was taken, in robot time: its own time is that of the exposure, which may be earlier."""
         self._shot: _Shot | None = None  # replaced as a whole, too
         """How the newest image was taken."""
-        self._place: tuple[Moment | None, Matrix] = (None, np.eye(4))
-        """A moment and the camera's place in it: cached, because all points of an image share them."""
+        self._place: tuple[Moment | None, Matrix, Matrix] = (None, np.eye(4), np.eye(4))
+        """A moment, the place of the torso, and the camera's in its frame: points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._sent = math.nan  # the time of the newest image that listeners got
         self._meter = RateMeter(robot.clock.now)
@@ -276,19 +276,21 @@ class CameraI(jderobot.Camera):
             )
         settings = self._settings
         shot = self._shot or _Shot(settings.width, settings.height, self._history.note())
-        moment, camera = self._place
+        moment, torso, camera = self._place
         if moment is not shot.moment:
-            mounted = matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
-            camera = self._history.place_in(shot.moment, self._link) @ mounted
-            self._place = shot.moment, camera
+            torso, link = self._history.places_in(shot.moment, self._link)
+            camera = link @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
+            self._place = shot.moment, torso, camera
         focal = self.facts.focal_length(shot.width)
         right, down = u - (shot.width - 1) / 2, v - (shot.height - 1) / 2
-        ray = camera[:3, :3] @ (1.0, -right / focal, -down / focal)
-        way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
+        ahead, left, up = (camera[:3, :3] @ (1.0, -right / focal, -down / focal)).tolist()
+        pan, tilt = math.atan2(left, ahead), math.atan2(-up, math.hypot(ahead, left))
+        eye, ray = torso @ camera[:, 3], torso[:3, :3] @ (ahead, left, up)
+        way = float((height - eye[2]) / ray[2]) if ray[2] else math.inf
         if not 0.0 < way < math.inf:
-            return jderobot.FloorPoint(math.inf, math.inf, math.inf)
-        x, y, _ = camera[:3, 3] + way * ray
-        return jderobot.FloorPoint(float(x), float(y), float(way * np.linalg.norm(ray)))
+            return jderobot.FloorPoint(math.inf, math.inf, math.inf, pan, tilt)
+        x, y, _ = (eye[:3] + way * ray).tolist()
+        return jderobot.FloorPoint(x, y, way * float(np.linalg.norm(ray)), pan, tilt)
 
     def reset(self, current: Current) -> None:
         self._settings = self._options

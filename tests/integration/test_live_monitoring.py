@@ -460,7 +460,8 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
         found = []
         stream = opened.service.camera("Camera")
         async for frame in stream:
-            found.append(frame)
+            if isinstance(frame, bytes):  # not the marks of what is seen
+                found.append(frame)
             if len(found) == count:
                 break
         await stream.aclose()
@@ -474,6 +475,27 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
                 assert (image.format, image.size) == ("JPEG", (320, 240))
         with pytest.raises(VisualHfsmError, match="no camera Head"):
             await anext(opened.service.camera("Head"))
+
+    on_page(robot, go)
+
+
+def test_what_is_seen_is_marked_on_the_pictures(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        marks: dict[str, Any] = {}
+        while "Camera" not in (await opened.service.facts()).cameras:
+            await asyncio.sleep(0.01)
+        stream = opened.service.camera("Camera")
+        async for frame in stream:
+            if isinstance(frame, str):
+                marks = {mark["label"]: mark for mark in json.loads(frame)}
+            elif marks:
+                jpeg = frame
+                break
+        await stream.aclose()
+        with Image.open(io.BytesIO(jpeg)) as image:
+            for label, (more, less) in {"red ball": (0, 1), "green ball": (1, 0)}.items():
+                pixel: Any = image.getpixel((round(marks[label]["u"]), round(marks[label]["v"])))
+                assert pixel[more] > pixel[less] + 60
 
     on_page(robot, go)
 

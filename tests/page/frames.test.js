@@ -28,3 +28,16 @@ test("frames that are lost are asked for again, and without the server only when
   assert.equal(Socket.made.length, 3);
   frames.close();
 });
+
+test("text between frames is told, not drawn", () => {
+  /** @type {unknown[]} */
+  const got = [];
+  const frames = receiveFrames("camera/Camera", {
+    draw: (frame) => void got.push(frame),
+    lost: (why) => void got.push(why),
+    told: (text) => void got.push(["told", text]),
+  });
+  Socket.made.at(-1)?.push([]);
+  assert.deepEqual(got, [["told", "[]"]]);
+  frames.close();
+});

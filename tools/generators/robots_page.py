@@ -168,6 +168,7 @@ _ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]
     ("Their encoders", jderobot.Pose3DEncodersPrx, _identities("Encoders")),
     ("Head", nao.PoseHeadPrx, _yes),
     ("Cameras", jderobot.CameraPrx, _cameras),
+    ("What it sees", nao.SightPrx, _yes),
     ("Walk", jderobot.MotorsPrx, _yes),
     ("Walk to a place", nao.WalkPrx, _yes),
     ("Odometry", jderobot.EncodersPrx, _yes),

@@ -444,7 +444,9 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     return Boundary(Guard(app, credentials, log, site.path) if credentials else app, site, log)
 
 
-async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:
+async def _send_frames(
+    websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes | str, None]]
+) -> None:
     """Send frames until the window is closed or there are no more."""
     await websocket.accept()
     drawn = asyncio.Event()
@@ -457,7 +459,7 @@ async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGene
         async with contextlib.aclosing(open_frames()) as frames:
             async for frame in frames:
                 drawn.clear()
-                await websocket.send_bytes(frame)
+                await (websocket.send_text(frame) if isinstance(frame, str) else websocket.send_bytes(frame))
                 async with asyncio.timeout(_DRAW_LIMIT):
                     await drawn.wait()
 

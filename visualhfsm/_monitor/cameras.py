@@ -5,11 +5,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import math
 import time
 from collections.abc import AsyncGenerator, Iterable
 from typing import Final, cast
 
+import msgspec
+
+from interfaces.hfsm import Mark
 from interfaces.jderobot import CameraPrx, ImageData
+from interfaces.nao import SightPrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.pictures import Pictures, encode_jpeg, require_pillow
 from visualhfsm._monitor.realm.realm import has_interface
@@ -23,6 +28,12 @@ MOST_CAMERAS: Final = 8
 """Cameras of which pictures are kept, or recorded."""
 _IMAGE_LIMIT: Final = 1.0
 """Seconds without an image after which the presence of the camera is checked again."""
+_OLDEST_SIGHT: Final = 1.0
+"""Seconds after which what was seen is not shown any more."""
+_MOST_SEEN: Final = 16
+"""Things that are marked on a picture."""
+_LONGEST_LABEL: Final = 60
+"""Characters of a mark."""
 _PICTURE_LIMIT: Final = 1000
 """Milliseconds for a picture."""
 
@@ -48,17 +59,22 @@ class Cameras:
         self._communicator = communicator
         self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
-    async def frames(self, name: str) -> AsyncGenerator[bytes, None]:
+    async def frames(self, name: str) -> AsyncGenerator[bytes | str, None]:
         """Yield the newest image of a camera whenever there is a newer one; older ones are skipped.
+
+        Before an image comes what is seen on it, if that has changed: marks in JSON.
 
         Raises VisualHfsmError when there is no such camera, and MissingPackageError without Pillow.
         """
         if not has_interface(self._communicator, name, CameraPrx.ice_interface.type_id):
             raise VisualHfsmError.because("there is no camera {name}", name=printable(name)[:100])
         require_pillow()
-        stream = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name)).getImageData
+        camera = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name))
+        stream, marked = camera.getImageData, "[]"
         while True:
             try:
+                description = await asyncio.wrap_future(camera.getCameraDescription.begin())
+                focal = description.fdistx / max(description.width, 1)
                 samples = cast(
                     "AsyncGenerator[Sample[ImageData]]", aiter(stream.samples(timeout=_IMAGE_LIMIT))
                 )
@@ -67,11 +83,35 @@ class Cameras:
                         try:
                             jpeg = await self._encode(name, sample)
                             self.former.add(name, time.time(), jpeg)
+                            if (marks := self._seen(name, sample.value, focal)) != marked:
+                                marked = marks
+                                yield marks
                             yield jpeg
                         except VisualHfsmError as error:
                             _logger.warning("%s: %s", name, error)
             except ZenohIceError:  # the camera is gone or sends nothing; it may come back
                 await asyncio.sleep(_IMAGE_LIMIT)
+
+    def _seen(self, name: str, image: ImageData, focal: float) -> str:
+        """Return what `Sight` sees on an image, in JSON; `focal` is the focal length in widths of an image.
+
+        Places on lines are left out: they would hide it.
+        """
+        sight = SightPrx.uncheckedCast(self._communicator.stringToProxy("Sight"))
+        sample = sight.getSight.latest()
+        things = [] if sample is None or sample.age > _OLDEST_SIGHT else sample.value.things
+        width, height = image.description.width, image.description.height
+        marks = [
+            Mark(
+                name,
+                round((width - 1) / 2 - focal * width * math.tan(thing.left), 1),
+                round((height - 1) / 2 + focal * width * math.tan(thing.down), 1),
+                printable(f"{thing.name} {thing.kind}".strip())[:_LONGEST_LABEL],
+            )
+            for thing in things
+            if thing.camera == name and thing.kind != "line" and max(abs(thing.left), abs(thing.down)) < 1.5
+        ]
+        return msgspec.json.encode(marks[:_MOST_SEEN]).decode()
 
     async def keep(self, names: Iterable[str]) -> None:
         """Keep the present image of each camera of which none was kept within the last second."""

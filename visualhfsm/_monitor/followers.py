@@ -266,8 +266,8 @@ class Followers:
         run = ExportedRun(component, structure, follower.log, document, imported, shapes, pictures, body=body)
         return await asyncio.to_thread(run_page, run)
 
-    def camera(self, name: str) -> AsyncGenerator[bytes, None]:
-        """Return the newest image of a camera, as JPEG, whenever there is a newer one."""
+    def camera(self, name: str) -> AsyncGenerator[bytes | str, None]:
+        """Return the newest image of a camera, as JPEG, whenever there is a newer one, and marks on it."""
         return self._cameras.frames(name)
 
     def poses(self, language: str) -> AsyncGenerator[bytes, None]:

@@ -1,6 +1,6 @@
-"""Measure how well a robot knows where it is on the soccer field, with noise in senses and pictures.
+"""Measure how well a robot knows where it is on the soccer field, with noise in senses and sight.
 
-It walks to random places in virtual time. The same pictures correct three estimates, each beside the
+It walks to random places in virtual time. The same looks correct three estimates, each beside the
 odometry alone: that of a robot that was put down exactly, that of one put down 15 cm and 8 degrees off, and
 that of one whose odometry slips more than the simulated one does: 10 % of each way, 5 % of each turn, and
 3 degrees in a meter.
@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks.common import options
 from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.network import VirtualNetwork
-from interfaces.jderobot import CameraPrx, EncodersPrx
-from interfaces.nao import ActionStatus, PoseHeadPrx, WalkPrx
+from interfaces.jderobot import EncodersPrx
+from interfaces.nao import ActionStatus, PoseHeadPrx, SightPrx, WalkPrx
 from naoserver.soccer_field import Field
 from visualhfsm.simulation._robot import RobotUnderTest
 from visualhfsm_match.localization import Localizer
@@ -40,9 +40,9 @@ class Guess:
         self.localizer = Localizer(Field(), (x, y, heading))
         self._place, self._heading = complex(x, y), heading
 
-    def move(self, x: float, y: float, heading: float) -> None:
+    def move(self, x: float, y: float, heading: float, time: float) -> None:
         """Follow the odometry."""
-        self.localizer.move(x, y, heading)
+        self.localizer.move(x, y, heading, time)
         self.odometry = self._place + complex(x, y) * cmath.rect(1.0, self._heading), self._heading + heading
 
     def errors(self, place: complex, heading: float) -> tuple[float, ...]:
@@ -57,14 +57,14 @@ def walk(seed: int, seconds: float) -> dict[str, tuple[float, ...]]:
     """Let it walk, and return the errors of each estimate over the last two seconds."""
     random, clock = np.random.default_rng(seed), TaskClock()
     network = VirtualNetwork(clock)
-    robot = RobotUnderTest("sim", clock, network, camera="rendered", world="soccer", seed=seed, noise=True)
+    robot = RobotUnderTest("sim", clock, network, world="soccer", seed=seed, noise=True)
     stage: Any = robot.device.stage
 
     def proxy(kind: Any, name: str) -> Any:  # noqa: ANN401
         return kind.uncheckedCast(network.communicator.stringToProxy(name))
 
-    cameras = [proxy(CameraPrx, name) for name in ("Camera", "CameraBottom")]
-    encoders, walker, head = (
+    sight, encoders, walker, head = (
+        proxy(SightPrx, "Sight"),
         proxy(EncodersPrx, "Encoders"),
         proxy(WalkPrx, "Walk"),
         proxy(PoseHeadPrx, "Head"),
@@ -95,13 +95,13 @@ def walk(seed: int, seconds: float) -> dict[str, tuple[float, ...]]:
         slipped += moved
         turned += SLIP[1] * cmath.phase(cmath.rect(1.0, now[1] - before[1])) + SLIP[2] * abs(moved)
         before = now
+        time = head.getPose().time
         for name, guess in guesses.items():
             pose = (slipped, turned) if name == "odometry that slips" else now
-            guess.move(pose[0].real, pose[0].imag, pose[1])
-        for camera in cameras:
-            image = camera.getImageData("RGB8")
-            for guess in guesses.values():
-                guess.localizer.see(image, camera.getFloorPoint)
+            guess.move(pose[0].real, pose[0].imag, pose[1], time)
+        look = sight.getSight()
+        for guess in guesses.values():
+            guess.localizer.see(look.things, time - look.time)
         if step * PERIOD >= seconds - 2.0:
             for name, guess in guesses.items():
                 found[name].append(guess.errors(place, heading))

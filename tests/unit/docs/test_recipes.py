@@ -24,7 +24,7 @@ RECIPES = [
     pytest.param(
         "../plugins/match/docs/localization",
         id="localization",
-        marks=[pytest.mark.sim, pytest.mark.gl, needs("visualhfsm_match")],
+        marks=[pytest.mark.sim, needs("visualhfsm_match")],
     ),
 ]
 PRESUMED = ("behaviors/follow_ball.xml", "shelf/look_for_a_ball.xml")

@@ -25,6 +25,7 @@ from visualhfsm_match._places import Places, sight_of
 from visualhfsm_match._player import Player
 from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Event, Put, Referee
 from visualhfsm_match._rules import Rules
+from visualhfsm_match._tally import Counter, Tally
 from zenoh_ice.data.text import encodable, printable
 
 COLORS: Final = ("red", "blue")
@@ -66,6 +67,12 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
     """The robots that lie at the end."""
     seconds: float = 0.0
     """How long it took in virtual time."""
+    tallies: tuple[Tally, ...] = ()
+    """What the robots of each team did."""
+    wall: float = 0.0
+    """How long it took by the wall, in s."""
+    spent: tuple[float, ...] = ()
+    """s of it in the code of each team."""
     digest: str = ""
     """Of all states of the match."""
 
@@ -144,6 +151,7 @@ class _Match:
         """Play to the end."""
         referee, until = self._referee, time.monotonic() + self._plan.patience
         robots = dict(zip(self._names, self._arena.robots, strict=True))
+        began, counter = time.monotonic(), Counter(referee)
         self._arena.start()
         film.begin(self._arena, self._names, SHIRTS, self._plan.teams)
         begun = False
@@ -159,11 +167,12 @@ class _Match:
             self._arena.check()
             sight = sight_of(robots)
             self._places.want(referee.see(sight))
+            counter.see(sight)
             film.look(sight.time, referee.events)
             if time.monotonic() > until:
                 slow = max(self._spent, key=lambda team: self._spent[team])
                 referee.forfeit(slow, f"it took most of {self._plan.patience:g} s")
-        return self._result(film)
+        return self._result(film, counter, time.monotonic() - began)
 
     def _begin_other_team(self) -> None:
         """Let a team begin that has not yet: it may fail as soon as the one that has lost."""
@@ -200,7 +209,7 @@ class _Match:
         finally:
             self._spent[team] += time.monotonic() - began
 
-    def _result(self, film: Film) -> Result:
+    def _result(self, film: Film, counter: Counter, wall: float) -> Result:
         referee = self._referee
         first, second = referee.teams
         lost = [event.text for event in referee.events if event.kind == "lost"]
@@ -216,5 +225,8 @@ class _Match:
             events=tuple(referee.events),
             lying=tuple(lying),
             seconds=round(self._turns.clock.now(), 3),
+            tallies=tuple(counter.of.values()),
+            wall=round(wall, 1),
+            spent=tuple(round(self._spent[team], 1) for team in (first, second)),
             digest=film.digest,
         )

@@ -197,6 +197,11 @@ class Referee:
         """Return the team that a team plays against."""
         return self.teams[1] if team == self.teams[0] else self.teams[0]
 
+    @property
+    def touching_team(self) -> str:
+        """The team whose robot touched the ball last; empty if nobody has since it was put somewhere."""
+        return self.players[self._toucher].team if self._toucher else ""
+
     def may_play(self, name: str) -> bool:
         """Return whether a robot may play the ball."""
         player = self.players[name]

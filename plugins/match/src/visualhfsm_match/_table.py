@@ -11,6 +11,8 @@ from typing import Final
 from visualhfsm.plugins import success_rate, write_csv, write_html
 from visualhfsm_match._match import Result
 from visualhfsm_match._page import outcome_of
+from visualhfsm_match._tally import HEAD as COUNTED
+from visualhfsm_match._tally import Tally
 
 _WIN, _DRAW = 3, 1
 _POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
@@ -20,7 +22,7 @@ table { border-collapse: collapse; width: 100%; margin-bottom: 2rem; }
 th, td { padding: 0.3rem 0.6rem; text-align: start; border-bottom: 1px solid #ccc; }
 td.number { text-align: end; font-variant-numeric: tabular-nums; }
 """
-HEAD: Final = ("team", "played", "won", "drawn", "lost", "goals", "points", "share won")
+HEAD: Final = ("team", "played", "won", "drawn", "lost", "goals", "points", "share won", *COUNTED[1:])
 
 
 @dataclass(slots=True)
@@ -33,6 +35,8 @@ class Row:
     lost: int = 0
     scored: int = 0
     taken: int = 0
+    tally: Tally = field(default_factory=Tally)
+    """What its robots did."""
     reasons: list[str] = field(default_factory=list)
     """Why it lost matches, where that was not by the score."""
 
@@ -51,7 +55,8 @@ class Row:
         """What the table says of it."""
         share = str(success_rate(self.won, self.played))
         counts = (self.played, self.won, self.drawn, self.lost)
-        return (self.team, *map(str, counts), f"{self.scored} : {self.taken}", str(self.points), share)
+        goals = f"{self.scored} : {self.taken}"
+        return (self.team, *map(str, counts), goals, str(self.points), share, *self.tally.cells[1:])
 
 
 def table_of(teams: Sequence[str], results: Sequence[Result]) -> list[Row]:
@@ -65,6 +70,8 @@ def table_of(teams: Sequence[str], results: Sequence[Result]) -> list[Row]:
             row.won += result.winner == team
             row.drawn += not (result.winner or result.reason)
             row.lost += bool(result.winner or result.reason) and result.winner != team
+            if result.tallies:
+                row.tally.add(result.tallies[result.teams.index(team)])
             if result.reason and result.winner != team:
                 row.reasons.append(result.reason)
     return sorted(rows.values(), key=lambda row: (-row.points, row.taken - row.scored, -row.scored, row.team))

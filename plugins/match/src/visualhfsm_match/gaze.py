@@ -6,6 +6,7 @@ forward, y to the left.
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Final
 
@@ -23,6 +24,8 @@ _BOW: Final = 0.2
 """Largest tilt in rad of a waist that serves as a neck: a G1 that bows by 0.5 falls in what it does next."""
 _SPEEDS: Final = 2.5, 1.0
 """How fast a head and a waist turn in rad/s."""
+_SIDES: Final = 0.0, 0.9, 1.8, -0.9, -1.8
+"""Pans in rad whose pictures overlap."""
 _SEEN: Final = 0.9
 """Share of a picture, from its middle, that counts as seen: a robot that walks sways."""
 
@@ -56,6 +59,13 @@ class Gaze:
         self._middle = _turned(lowest, (lowest.tilt + highest.tilt) / 2)
         self.height: Final = float((self._link_place(0.0, 0.0) @ self._middle)[2, 3])
         """Height of the cameras above the floor in m, with the neck at 0: a measure of the robot's size."""
+        self.far: Final = 2.5 * self.height
+        """A distance in m at which they see much of the floor."""
+        self.close: Final = 0.7 * self.height
+        """A distance in m at which one camera, turned to it, sees the floor from before the feet on."""
+        lower, upper = self._range(self._pan)
+        self.sides: Final = [pan for pan in _SIDES if lower < pan < upper]
+        """The pans of the neck in rad that show all sides but the back, as far as it turns."""
 
     def at(self, x: float, y: float, height: float = 0.0) -> tuple[float, float]:
         """Return pan and tilt of the neck in rad that bring a place to the middle of what the cameras see.
@@ -80,6 +90,18 @@ class Gaze:
             if abs(left) < half and abs(up) < half * rows / width:
                 return True
         return False
+
+    def round(self, *, near: bool) -> list[complex]:
+        """Return where to look for something on the floor, one place after the other: x + iy in m.
+
+        `near` is for a robot whose cameras do not show the floor before its feet when they show the far one.
+        """
+        pans = sorted(self.sides)
+        far, close = ([cmath.rect(way, pan) for pan in pans] for way in (self.far, self.close))
+        ahead = pans.index(0.0)
+        if near:  # on the way from left to right it looks at the near floor
+            return [*far[ahead:], *close[::-1], *far[:ahead]]
+        return [*far[ahead:], *far[:ahead][::-1], 0.3 + 0j, self.far + 0j]
 
     def _link_place(self, pan: float, tilt: float) -> Matrix:
         """Return the place of the cameras' link in the robot's frame."""

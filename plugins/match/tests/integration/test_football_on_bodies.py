@@ -16,13 +16,11 @@ pytestmark = pytest.mark.sim
 FIELD = Field()
 
 
-@pytest.mark.gl
 @pytest.mark.parametrize("body", cases(["T1"], ["H25"]))
 def test_it_scores(behavior: MakeBehavior, body: str) -> None:
     score(behavior, body, seed=1)
 
 
-@pytest.mark.gl
 @pytest.mark.soak("test_it_scores")
 def test_a_g1_scores_in_most_matches(behavior: MakeBehavior) -> None:
     # It falls in one of four (docs/explanation/robots.md), in which ones differs with the library that renders.
@@ -48,7 +46,6 @@ def score(behavior: MakeBehavior, body: str, seed: int) -> None:
         robot="sim",
         body=body,
         world=world,
-        camera="rendered",
         noise=True,
         seed=seed,
         parameters={"start_x": 2.9},

@@ -14,7 +14,7 @@ GOAL_LINE, POST = 4.5, 0.75
 
 TRIALS = needs("visualhfsm_trials")
 
-pytestmark = [pytest.mark.slow, pytest.mark.sim, pytest.mark.gl]
+pytestmark = [pytest.mark.slow, pytest.mark.sim]
 
 
 @TRIALS
@@ -58,7 +58,6 @@ def test_it_scores_from_a_meter_before_the_goal_line(
         "behaviors/score.xml",
         robot="sim",
         world=world,
-        camera="rendered",
         noise=True,
         seed=3,
         parameters={"start_x": robot[0], "start_y": robot[1], "start_heading": heading},

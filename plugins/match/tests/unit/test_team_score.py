@@ -61,7 +61,7 @@ class Mate:
 @pytest.fixture
 def play(behavior: MakeBehavior) -> Callable[[Mate], Behavior]:
     def begin(mate: Mate) -> Behavior:
-        b = behavior(DOCUMENT, robot="fake", camera="drawn", member=Membership("nao", "red", mate))
+        b = behavior(DOCUMENT, robot="fake", member=Membership("nao", "red", mate))
         mate.join(b)
         return b
 
@@ -69,7 +69,7 @@ def play(behavior: MakeBehavior) -> Callable[[Mate], Behavior]:
 
 
 def test_alone_it_strikes(behavior: MakeBehavior) -> None:
-    b = behavior(DOCUMENT, robot="fake", camera="drawn")
+    b = behavior(DOCUMENT, robot="fake")
     b.run_until("play/strike", limit=0.5)
     assert b.component.Team.getReport().doing == "strikes"
 
@@ -122,7 +122,7 @@ def test_a_keeper_stays_between_its_goal_and_the_ball(
 def test_a_robot_that_has_fallen_gets_up_and_leaves_the_rest_to_the_others(
     behavior: MakeBehavior,
 ) -> None:
-    b = behavior(DOCUMENT, robot="fake", camera="drawn")
+    b = behavior(DOCUMENT, robot="fake")
     b.run_until("play/strike", limit=0.5)
     standing = b.robot.device.state
     fallen = type(standing())(torso_tilt=1.5, fallen=True, real_time_factor=1.0, lag=0.0)

@@ -25,6 +25,7 @@ def expected(body):
         "InertialUnit": body.inertial_unit,
         "FootPressure": any(sole.pressure for sole in body.soles),
         "Sonar": body.sonar,
+        "Sight": body.cameras,
         "Touch": body.touch,
         "Battery": body.battery,
         "Leds": body.lights,

@@ -126,6 +126,7 @@ export class Camera extends MonitorElement {
     past: {attribute: false},
     isLarge: {attribute: false},
     problem: {state: true},
+    seen: {state: true},
   };
 
   constructor() {
@@ -139,12 +140,19 @@ export class Camera extends MonitorElement {
     this.problem = undefined;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
+    /** What the robot sees on its present picture, as `Sight` says. @type {Mark[]} */
+    this.seen = [];
+  }
+
+  /** Those of the component and, on the present picture, what is seen. */
+  #marks() {
+    return [...marksOn(this.name), ...(this.past ? [] : this.seen)];
   }
 
   render() {
     const title = titleOf(this.name);
     const size = this.isLarge ? t("Smaller") : t("Larger");
-    const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
+    const marks = this.#marks().map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
     return html`<figure class="camera ${this.problem ? "lost" : ""}">
       <canvas
         width="320"
@@ -182,6 +190,7 @@ export class Camera extends MonitorElement {
 
   #showNow() {
     let [count, since] = [0, performance.now()];
+    this.seen = [];
     this.frames = receiveFrames(`camera/${encodeURIComponent(this.name)}`, {
       draw: async (frame) => {
         const canvas = await this.#paint(new Blob([frame], {type: "image/jpeg"}));
@@ -203,6 +212,7 @@ export class Camera extends MonitorElement {
         await new Promise(requestAnimationFrame);
       },
       lost: (reason) => (this.problem = reason || t("no image")),
+      told: (marks) => (this.seen = JSON.parse(marks)),
     });
   }
 
@@ -213,7 +223,7 @@ export class Camera extends MonitorElement {
     if (canvas.width !== image.width) Object.assign(canvas, {width: image.width, height: image.height});
     penOf(canvas).drawImage(image, 0, 0);
     image.close();
-    drawMarks(canvas, marksOn(this.name));
+    drawMarks(canvas, this.#marks());
     return canvas;
   }
 
@@ -247,7 +257,7 @@ export class Camera extends MonitorElement {
   /** Draw the marks alone, on a picture that is at least as large as they need. */
   #drawWithoutImage() {
     const canvas = this.#canvas;
-    const marks = marksOn(this.name);
+    const marks = this.#marks();
     while (canvas.width < 2560 && marks.some(({u, v}) => u >= canvas.width || v >= canvas.height))
       Object.assign(canvas, {width: 2 * canvas.width, height: 2 * canvas.height});
     penOf(canvas).clearRect(0, 0, canvas.width, canvas.height);

@@ -11,12 +11,14 @@ const AGAIN = 1500; // ms until a lost connection is retried
  * Receive frames until `close` is called.
  *
  * @param {string} path of the websocket, relative to the page
- * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}}
+ * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void,
+ *   told?: (text: string) => void}}
  *   handlers the next frame is
- *   asked for when `draw` is done; its second argument says which one is the first of a connection
+ *   asked for when `draw` is done; its second argument says which one is the first of a connection;
+ *   `told` gets text that comes between frames
  * @returns {{close: () => void}}
  */
-export function receiveFrames(path, {draw, lost}) {
+export function receiveFrames(path, {draw, lost, told}) {
   const kept = store.exported?.frames[path];
   if (kept) {
     draw(kept, true);
@@ -35,7 +37,8 @@ export function receiveFrames(path, {draw, lost}) {
       try {
         const begins = isFirst;
         isFirst = false;
-        await draw(data, begins);
+        if (typeof data === "string") told?.(data);
+        else await draw(data, begins);
       } catch (error) {
         lost(messageOf(error));
       }

@@ -1,9 +1,6 @@
-"""The localization of a robot on a soccer field: `Localizer` estimates its pose from pictures.
+"""The localization of a robot on a soccer field: `Localizer` estimates its pose from what `Sight` shows."""
 
-It needs OpenCV.
-"""
+from visualhfsm_match.localization._localizer import Localizer
+from visualhfsm_match.localization._view import Pose, Seen
 
-from visualhfsm_match.localization._localizer import FloorPoint, Image, Localizer
-from visualhfsm_match.localization._panorama import Pose
-
-__all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
+__all__ = ["Localizer", "Pose", "Seen"]
