@@ -45,6 +45,8 @@ WHOLE: Final = 0.95
 CERTAIN: Final = 0.35
 """Certainty from which something counts as seen: less has what stands there without a shirt."""
 RUNS: Final = 5
+LATER: Final = 0.15
+"""Seconds from a first picture to the one that counts: more than any delay of pictures."""
 
 Array = NDArray[np.float64]
 
@@ -88,6 +90,8 @@ def scenes(count: int, seed: int) -> Iterator[Scene]:
             eyes = PictureEyes(cameras, looks)
             for _ in range(count // (4 * RUNS * len(cameras))):
                 shuffle(arena, clock, random)
+                eyes.look()  # the body's places are noted from the first picture on
+                clock.advance(LATER)
                 there = truth.look().things
                 seen = {"pictures": eyes.look().things, "imitated": imitated.look().things}
                 for camera in cameras:

@@ -34,6 +34,8 @@ _MOST_MOMENTS: Final = 50
 """Moments that are kept: those of a second."""
 _WANTED: Final = 1.0
 """Seconds after a picture for which moments are noted, for the next one."""
+_GAP: Final = 0.2
+"""Seconds without a moment after which those before say nothing about the next picture."""
 
 
 class BodyHistory:
@@ -62,6 +64,8 @@ class BodyHistory:
         tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
         moment = np.array([joints.time, *tilt, *joints.positions])
         with self._lock:
+            if self._past and moment[0] - self._past[-1][0] > _GAP:
+                self._past.clear()
             if not self._past or self._past[-1][0] < moment[0]:
                 self._past.append(moment)
         return moment

@@ -58,6 +58,8 @@ class SimulatedEyes:
         self._facts: Final = model.body.sight
         self._noise: Final = noise
         self._seed: Final = int(np.random.SeedSequence(seed).generate_state(1)[0])
+        lean = np.random.default_rng(self._seed).normal(0.0, self._facts.lean, 2)
+        self._lean: Final[Array] = np.array((*lean, 0.0))
         self._lock: Final = threading.Lock()
         self._scene: _Scene | None = None
         self._newest = SightReading(-math.inf)
@@ -76,11 +78,12 @@ class SimulatedEyes:
         seen: list[SeenThing] = []
         for number, camera in enumerate(self._model.body.cameras):
             place = scene.camera_place(camera, snapshot.time)
-            random = None
+            errors = None
             if self._noise:
                 tick = round(snapshot.time * _TICKS)
                 random = np.random.default_rng((self._seed, number, tick))
-            seen += scene.see(place, random)
+                errors = _Errors(self._facts, place.eye, scene.to_world(self._lean), random)
+            seen += scene.see(place, errors)
         seen.sort(key=lambda thing: (thing.kind, -thing.certainty))
         return SightReading(snapshot.time, tuple(seen))
 
@@ -129,22 +132,26 @@ class _Scene:
             camera, time, self._data.cam_xpos[at].copy(), np.column_stack((-back, -right, up)), torso
         )
 
-    def see(self, place: CameraPlace, random: np.random.Generator | None) -> tuple[SeenThing, ...]:
-        """Return what a camera shows, with the errors of one picture if there are random numbers."""
+    def to_world(self, way: Array) -> Array:
+        """Return a way of the robot's frame in the world's."""
+        return np.asarray(self._turn().T @ way, np.float64)
+
+    def see(self, place: CameraPlace, errors: _Errors | None) -> tuple[SeenThing, ...]:
+        """Return what a camera shows, with the errors of one picture if there are any."""
         found = place.shows(self._middles)
         found &= np.linalg.norm(self._middles - place.eye, axis=1) < self._farthest
         lines = np.flatnonzero(found & self._lines)
         found[lines] = False
         found[lines[:: 1 + len(lines) // _MOST_LINES]] = True
         at, shares = self._unhidden(place, np.flatnonzero(found))
-        if random is not None:
-            kept = random.random(len(at)) >= self._missed[at]
+        if errors is not None:
+            kept = errors.random.random(len(at)) >= self._missed[at]
             at, shares = at[kept], shares[kept]
         targets = [self._targets[each] for each in at.tolist()]
         middles, bases = self._middles[at], self._bases[at]
         seen = _Seen(middles, bases, [True] * len(targets), [0.0] * len(targets))
-        if random is not None and targets:
-            seen = _Errors(self._facts, place, random).of(targets, middles, bases)
+        if errors is not None and targets:
+            seen = errors.of(targets, middles, bases)
         far = np.linalg.norm(middles - place.eye, axis=1) / self._farthest[at]
         certainties = (shares * (1.0 - 0.5 * far)).tolist()
         things = [
@@ -153,10 +160,10 @@ class _Scene:
                 targets, certainties, seen.known, seen.errors, strict=True
             )
         ]
-        invented = [] if random is None else [*self._invented(place, random)]
+        invented = [] if errors is None else [*self._invented(place, errors.random)]
         things += [Thing(kind, "", 0.4, True, 0.5) for kind, _ in invented]
         there = np.array([where for _, where in invented]).reshape(-1, 3)
-        return self._in_frame(place).see(
+        return self._in_frame(place if errors is None else errors.leaning(place)).see(
             things,
             self._to_frame(np.concatenate((seen.middles, there))),
             self._to_frame(np.concatenate((seen.bases, there))),
@@ -258,28 +265,37 @@ class _Seen(NamedTuple):
 
 
 class _Errors:
-    """The errors of one picture: all directions turn by its lean, and each by its own error.
+    """The errors of one picture: a robot does not know exactly how it leans, and each direction has its own.
 
     The distance of what is on the floor follows from where its ray meets that; all else has an error of its
     own.
     """
 
-    def __init__(self, facts: Sight, place: CameraPlace, random: np.random.Generator) -> None:
+    def __init__(self, facts: Sight, eye: Array, lean: Array, random: np.random.Generator) -> None:
+        """Take the part of the lean that lasts, a turn in the world's frame in rad."""
         self._facts = facts
-        self._eye = place.eye
-        self._random = random
+        self._eye = eye
+        self._lean = lean + random.normal(0.0, facts.sway, 3)
+        self.random = random
+
+    def leaning(self, place: CameraPlace) -> CameraPlace:
+        """Return where a camera seems to be: in the picture and to the torso, nothing leans."""
+        return place._replace(axes=self._leaning(place.axes.T).T, torso=self._leaning(place.torso.T).T)
+
+    def _leaning(self, ways: Array) -> Array:
+        return np.asarray(ways + np.cross(self._lean, ways), np.float64)
 
     def of(self, targets: list[Target], middles: Array, bases: Array) -> _Seen:
         """Return where things seem to be, given where they are."""
-        count, random = len(targets), self._random
+        count, random = len(targets), self.random
         facts = [self._facts.kinds[target.kind] for target in targets]
         own = np.array([each.direction for each in facts])
-        turns = random.normal(0.0, self._facts.lean, 3) + own[:, None] * random.standard_normal((count, 3))
+        turns = self._lean + own[:, None] * random.standard_normal((count, 3))
         scales = (1.0 + np.array([each.distance for each in facts]) * random.standard_normal(count)).tolist()
         ways, feet = middles - self._eye, bases - self._eye
         ways, feet = ways + np.cross(turns, ways), feet + np.cross(turns, feet)
         lengths = np.linalg.norm(ways, axis=1).tolist()
-        spreads = np.hypot(own, self._facts.lean).tolist()
+        spreads = np.hypot(own, math.hypot(self._facts.lean, self._facts.sway)).tolist()
         known, errors = [], []
         for at, target in enumerate(targets):
             scale, error = scales[at], facts[at].distance * lengths[at]
