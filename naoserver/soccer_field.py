@@ -112,12 +112,15 @@ class FieldLines:
     def offsets(self, points: Array) -> tuple[Array, Array]:
         """Return signed distances in m of points from the nearest line, and unit vectors along these."""
         each = np.arange(len(points))
-        from_begin = points[:, None] - self._begin
-        along = np.clip(np.sum(from_begin * self._direction, axis=2), 0.0, self._length)
-        away = from_begin - along[..., None] * self._direction
-        squares = np.sum(np.square(away), axis=2)
+        from_x = points[:, :1] - self._begin[:, 0]
+        from_y = points[:, 1:] - self._begin[:, 1]
+        ahead, left = self._direction.T
+        along = np.clip(from_x * ahead + from_y * left, 0.0, self._length)
+        away_x, away_y = from_x - along * ahead, from_y - along * left
+        squares = away_x * away_x + away_y * away_y
         nearest = squares.argmin(axis=1)
-        direction, away = self._direction[nearest], away[each, nearest]
+        direction = self._direction[nearest]
+        away = np.column_stack((away_x[each, nearest], away_y[each, nearest]))
         # Next to a line its normal counts, because `away` is zero on the line; beyond its end, `away`.
         normal = np.column_stack((-direction[:, 1], direction[:, 0]))
         off, distance = np.sum(away * normal, axis=1), np.sqrt(squares[each, nearest])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -67,7 +68,6 @@ class Panorama:
         self._lines = lines
         self._crossings = crossings
         self._half = np.array((field.length, field.width)) / 2
-        self._map = _map_of(lines, self._half + _OUTSIDE + 2 * _STEP[0] + _FARTHEST_POINT)
         self.views: Final[deque[View]] = deque(maxlen=_KEPT)
         """The newest looks."""
 
@@ -96,6 +96,10 @@ class Panorama:
             found.append(Found(pose, min(explained, self._agreement(pose, whole))))
         twins = [Found(Pose(-x, -y, wrapped(heading + math.pi)), share) for (x, y, heading), share in found]
         return sorted([*found, *twins], key=lambda each: -each.share)
+
+    @cached_property
+    def _map(self) -> NDArray[np.float32]:
+        return _map_of(self._lines, self._half + _OUTSIDE + 2 * _STEP[0] + _FARTHEST_POINT)
 
     def _agreement(self, pose: Pose, view: View) -> float:
         """Return which share of the crossings agrees with a pose: of those that are seen, and expected."""
@@ -167,13 +171,16 @@ def _reach(places: Array) -> Array:
 
 
 def _map_of(lines: FieldLines, half: Array) -> NDArray[np.float32]:
-    """Return how near a line each place is, from 0 to 1: rows along x, columns along y, round the center."""
-    count = np.ceil(half / _PIXEL).astype(int)
-    rows, columns = (np.arange(-each, each + 1) * _PIXEL for each in count.tolist())
+    """Return how near a line each place is, from 0 to 1: rows along x, columns along y, round the center.
+
+    A field is its own mirror image, along and across.
+    """
+    rows, columns = (np.arange(each + 1) * _PIXEL for each in np.ceil(half / _PIXEL).astype(int).tolist())
     places = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
     off, _ = lines.offsets(places)
-    near = 1.0 / (1.0 + np.square(off / _NEAR) ** 2)
-    return np.asarray(near.reshape(len(rows), len(columns)), np.float32)
+    quarter = (1.0 / (1.0 + np.square(off / _NEAR) ** 2)).reshape(len(rows), len(columns)).astype(np.float32)
+    ahead = np.concatenate((quarter[:, :0:-1], quarter), axis=1)
+    return np.concatenate((ahead[:0:-1], ahead))
 
 
 def _thinned(points: Array) -> Array:
