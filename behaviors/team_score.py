@@ -63,6 +63,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     PACE = 0.08  # m/s, of a walk to the ball and round it
     FAR = 60.0  # s, the cost of what nobody can say
     KICK = 1.5  # m that a kick sends the ball, at least
+    ROOM = 0.7  # m round a robot that gets up
+    WAITS = 4.0  # s for which it waits for that room
     LOST = 4.0  # s after which a striker turns to where its mates see the ball
 
     def take_role(self, role):
@@ -74,6 +76,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             self.reported_at = seen_at
             self.Team.reportBall(ball.real, ball.imag)
         self.ball_of_team = self.find_ball_of_team()
+        self.others = [*self.others, *((self.clock.now(), at) for at in self.mates())]
         moving = self.Postures.getPostureState().status, self.Motions.getMotionState().status
         if role and ActionStatus.Moving in moving:  # it cannot let go within a kick
             self.Team.claim(role, 0.0)
@@ -99,6 +102,17 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             sights.append((mate.ballAge, complex(mate.ballX, mate.ballY)))
         age, ball = min(sights, key=lambda sight: sight[0])
         return ball if age < self.KNOWN else None
+
+    def mates(self):
+        """Return where the mates are, as far as they say."""
+        mates = self.Team.getTeamState().mates
+        return [complex(mate.x, mate.y) for mate in mates if mate.placeAge < self.KNOWN]
+
+    def has_room(self):
+        """Return whether no other robot is known to be where this one gets up."""
+        here, _ = self.place()
+        others = [*self.mates(), *(other for _, other in self.others)]
+        return all(abs(other - here) > self.ROOM for other in others)
 
     def seconds_to_ball(self):
         """Return how long this robot would take to kick the ball: its way to behind it, and its turn."""
@@ -134,15 +148,16 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         here, facing = self.place()
         if wanted is None or ball is None:
             return spot
-        self.look_at(self.beside(ball))
-        moves = not self.is_standing()
+        moves, first = not self.is_standing(), self.way_round(here, wanted)
+        looks_ahead = moves and self.clock.now() % 4.0 < 2.0
+        self.look_at(self.beside(first if looks_ahead else ball))
         off = abs(cmath.phase((ball - here) / facing))
-        if moves and spot is not None and abs(wanted - spot) < 0.5:
+        if moves and spot is not None and abs(first - spot) < 0.4:
             return spot
         if abs(wanted - here) > 0.3 or off > 0.6:
-            way = (wanted - here) / facing
+            way = (first - here) / facing
             self.Walk.walkTo(way.real, way.imag, cmath.phase((ball - wanted) / facing))
-            return wanted
+            return first
         if moves:
             self.Walk.stop()
         return spot
@@ -178,6 +193,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     ASIDE = 0.4, 0.8, 1.2, -0.4, -0.8, -1.2, 0.0  # rad by which it kicks past another robot: towards the middle of the field first
     WAY = 1.2, 0.25  # m that are to be free of robots' middles for a kick, ahead of the ball and to both sides
     RECENT = 2.0  # s for which another robot is where it was seen
+    APART = 0.5  # m from robot to robot: nearer, both fall when one of them kicks
+    PATIENCE = 8.0, 12.0  # s for which it leaves a ball to another robot, and for which it does not then
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -312,6 +329,33 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         ahead = [(other - ball) / way for _, other in self.others if other.real < line - 0.2]
         return sum(0.12 < at.real < length and abs(at.imag) < width for at in ahead)
 
+    judged = yields = brave = -SURE  # when it judged that last, since when it yields, and until when it does not
+
+    def is_taken(self, ball):
+        """Return whether another robot is at the ball, and nearer to it; but not for long."""
+        now, mine = self.clock.now(), abs(self.beside(ball))
+        near = min((abs(other - ball) for _, other in self.others), default=math.inf)
+        if near > self.APART or near > mine or now - self.judged > 0.5:
+            self.yields = now
+        self.judged = now
+        waits, goes = self.PATIENCE
+        if now - self.yields > waits:
+            self.yields = now
+            self.brave = now + goes
+        return now > self.brave and now - self.yields > 0.25
+
+    def walk_aside(self, ball, spot):
+        """Walk to the own side of the ball, out of the way of who has it; return where to."""
+        here, facing = self.place()
+        home = complex(-self.FIELD.length / 2, 0.0) - ball
+        aside = math.copysign(0.8, ((here - ball) / home).imag)
+        wanted = ball + 1.6 * self.APART * home / abs(home) * cmath.rect(1.0, aside)
+        if spot is None or abs(wanted - spot) > 0.3:
+            spot = wanted
+            way = (self.way_round(here, spot) - here) / facing
+            self.Walk.walkTo(way.real, way.imag, cmath.phase((ball - spot) / facing))
+        return spot
+
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
         rolls, aim = self.body.kicks[self.kick_for(ball)].rolls, self.aim(ball)
@@ -392,19 +436,21 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             wanted = complex(line - 0.5, 0.0)  # it seems to be in the goal: from here that is sure
         if spot is not None and abs(wanted - spot) < 0.18 * near:
             return spot
-        first = self.round_posts(here, wanted, near)
-        way = ((first or wanted) - here) / facing
+        first = self.way_round(here, wanted, 2.0 * near)
+        way = (first - here) / facing
         self.Walk.walkTo(way.real, way.imag, cmath.phase(goal / facing if straight or abs(way) < 3.5 * near else way))
-        return first or wanted
+        return first
 
-    def round_posts(self, here, there, near):
-        """Return where to walk first when a post of the opponents' goal is in the way, or None."""
+    def way_round(self, here, there, wide=0.25):
+        """Return where to walk first: round a post of the opponents' goal, or another robot, that is in the way."""
         way = there - here
-        for post in (complex(*each) for each in self.FIELD.posts if each[0] > 0.0):
-            along = (post - here) / way
-            if 0.0 < along.real < 1.0 and abs(along.imag * way) < 2.0 * near:
-                return post + 3.0 * near * complex(-1.0, math.copysign(1.0, post.imag))
-        return None
+        posts = [(complex(*post), wide) for post in self.FIELD.posts if post[0] > 0.0]
+        for stands, free in [*posts, *((other, self.APART) for _, other in self.others)]:
+            along = (stands - here) / (way or 1.0)
+            if 0.0 < along.real < 1.0 and abs(along.imag * way) < free:
+                aside = 1j * way / abs(way) * 1.5 * free
+                return stands - math.copysign(1.0, along.imag) * aside
+        return there
 
     def can_kick(self, ball):
         """Return whether the ball lies before a foot, and that looks to the goal, as far as the robot knows."""
@@ -417,6 +463,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
         # <variables 1>
+        rises = False
+        fell_at = 0.0
         posture = ActionStatus.Moving
         fallen = False
         # </variables 1>
@@ -424,15 +472,20 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         state_1 = State("play", id=1, initial=True, children=(self.automaton_play(),), restart=True)
 
         def entry_get_up():
+            nonlocal fell_at, rises
             # <entry 1.2>
             self.Team.reportDoing("gets up")
-            self.Postures.goToPosture("StandInit", 1.0)
+            rises = False
+            fell_at = self.clock.now()
             # </entry 1.2>
 
         def state_get_up():
-            nonlocal fallen, posture
+            nonlocal fallen, posture, rises
             # <code 1.2>
             fallen = not self.Team.getReport().ready
+            if not rises and (self.has_room() or self.clock.now() - fell_at > self.WAITS):
+                rises = True
+                self.Postures.goToPosture("StandInit", 1.0)
             posture = self.Postures.getPostureState().status
             # </code 1.2>
 
@@ -452,7 +505,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_2 = Transition("fell", state_1, state_2, id=2, priority=2, guard=guard_fell)
 
         def guard_stands():
-            return posture is not ActionStatus.Moving and not fallen  # <trigger 1.3/>
+            return rises and posture is not ActionStatus.Moving and not fallen  # <trigger 1.3/>
 
         transition_3 = Transition("stands", state_2, state_1, id=3, guard=guard_stands)
 
@@ -853,6 +906,27 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         state_8 = State("back", id=8, entry=entry_back, code=state_back)
 
+        def entry_yield_():
+            nonlocal spot
+            # <entry 3.9>
+            spot = None
+            # </entry 3.9>
+
+        def state_yield_():
+            nonlocal ball, spot
+            # <code 3.9>
+            ball = self.find_ball() or ball
+            self.look_at(self.beside(ball))
+            spot = self.walk_aside(ball, spot)
+            # </code 3.9>
+
+        def exit_yield_():
+            # <exit 3.9>
+            self.Walk.stop()
+            # </exit 3.9>
+
+        state_9 = State("yield", id=9, entry=entry_yield_, code=state_yield_, exit=exit_yield_)
+
         def guard_found():
             return ball is not None  # <trigger 3.2/>
 
@@ -925,6 +999,18 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         transition_19 = Transition("refused", state_7, state_7, id=19, priority=1, event="refused")
 
+        def guard_taken():
+            return self.is_taken(ball)  # <trigger 3.20/>
+
+        transition_20 = Transition("taken", state_2, state_9, id=20, priority=4, guard=guard_taken)
+
+        def guard_free_21():
+            return not self.is_taken(ball)  # <trigger 3.21/>
+
+        transition_21 = Transition("free", state_9, state_2, id=21, guard=guard_free_21)
+
+        transition_22 = Transition("refused", state_9, state_7, id=22, priority=1, event="refused")
+
         return Automaton(
             "strike",
             id=3,
@@ -939,6 +1025,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 state_6,
                 state_7,
                 state_8,
+                state_9,
             ),
             transitions=(
                 transition_2,
@@ -959,6 +1046,9 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_17,
                 transition_18,
                 transition_19,
+                transition_20,
+                transition_21,
+                transition_22,
             ),
         )
 

@@ -325,8 +325,35 @@ def test_a_kick_past_a_robot_does_not_miss_a_goal_that_is_near(behavior: MakeBeh
     assert abs((GOAL_LINE - ball.real) * way.imag / way.real) < 0.7
 
 
+def test_it_leaves_a_ball_to_a_robot_that_is_nearer_but_not_for_long() -> None:
+    with among_others(-1.5, 0j, 0.3 + 0j) as team:
+        b = run_until(team, lambda b: b.active == "yield", 10.0)
+        began = b.time
+        run_until(team, lambda b: b.active != "yield", 12.0)
+        assert b.active == "approach"
+        assert b.time - began == pytest.approx(b.component.PATIENCE[0], abs=1.0)
+        x, y, _ = truth(b).torso.position
+        assert x < -0.2, "it did not walk to its own side"
+        assert math.hypot(x, y) > 0.5
+
+
+def test_it_walks_round_a_robot_in_its_way() -> None:
+    other = -1.2 + 0.05j
+    with among_others(-2.5, 0j, other) as team:
+        apart = []
+
+        def stands(b: Behavior) -> bool:
+            x, y, _ = truth(b).torso.position
+            apart.append(abs(complex(x, y) - other))
+            return b.active == "stand"
+
+        run_until(team, stands, 60.0)
+        assert min(apart) > 0.4
+
+
 def test_a_robot_whose_walk_is_held_up_steps_back() -> None:
     with among_others(-0.8, 1.5 + 0.0j, -0.2 - 0.2j) as team:
+        team.behaviors[0].component.APART = 0.0  # as if it had not seen that
         b = run_until(team, lambda b: b.active_paths[-1] == "back", 20.0)
         x, _, _ = truth(b).torso.position
         run_until(team, lambda b: b.active_paths[-1] != "back", 20.0)

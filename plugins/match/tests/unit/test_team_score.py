@@ -29,6 +29,7 @@ class Mate:
         self.is_there = True
         self.roles = list(roles)
         self.ball = ball
+        self.place: complex | None = None
         self._hear: Callable[[bytes], object] = lambda _: None
 
     def send(self, team: str, message: bytes) -> None:
@@ -48,7 +49,9 @@ class Mate:
                     session=1,
                     time=b.time,
                     ready=True,
-                    placeAge=math.inf,
+                    placeAge=math.inf if self.place is None else 0.0,
+                    x=self.place.real if self.place else 0.0,
+                    y=self.place.imag if self.place else 0.0,
                     ballX=self.ball.real,
                     ballY=self.ball.imag,
                     claims=[RoleClaim(role, 0.1, True) for role in self.roles],
@@ -131,6 +134,24 @@ def test_a_robot_that_has_fallen_gets_up_and_leaves_the_rest_to_the_others(
     assert b.component.Team.getRobotOf("striker") == ""
     b.robot.device.state = standing  # type: ignore[method-assign]
     b.run_until("play/strike", limit=20.0)
+
+
+@pytest.mark.parametrize(("away", "waits"), [(0.3, True), (1.5, False)])
+def test_it_gets_up_where_there_is_room_and_waits_for_it_not_for_long(
+    away: float, waits: bool, play: Callable[[Mate], Behavior]
+) -> None:
+    b = play(mate := Mate("striker", "keeper"))
+    b.run_until("play/support", limit=1.0)
+    here, _ = b.component.place()
+    mate.place = here + away
+    b.advance(0.5)
+    standing = b.robot.device.state
+    fallen = type(standing())(torso_tilt=1.5, fallen=True, real_time_factor=1.0, lag=0.0)
+    b.robot.device.state = lambda: fallen  # type: ignore[method-assign]
+    b.run_until("get up", limit=0.5)
+    began = b.time
+    b.run_until(lambda: b.calls("Postures.goToPosture"), limit=6.0)
+    assert (b.time - began > 3.0) is waits
 
 
 def test_a_walk_that_is_refused_ends_no_play(play: Callable[[Mate], Behavior]) -> None:
