@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ._behavior import Behavior as Behavior
     from ._behavior import simulate as simulate
     from ._kinds import CameraKind as CameraKind
+    from ._kinds import EyesKind as EyesKind
     from ._kinds import RobotKind as RobotKind
     from ._loading import DocumentInvalid as DocumentInvalid
     from ._loading import importable as importable

@@ -13,6 +13,7 @@ from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName
 from hfsm_runtime.virtual.network import VirtualNetwork
 from naoserver.bodies import DEFAULT_BODY
+from naoserver.bodies.capabilities import Eyes
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver.errors import HardwareFailure
@@ -21,12 +22,14 @@ from naoserver.fake.robot import Point, paint
 from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
+from naoserver.serving._sight import SightI
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.medium import Membership
 from naoserver_sim.named_body import named_body
+from visualhfsm._base.errors import MissingPackageError
 from zenoh_ice import Object, WallClock
 
-from ._kinds import CameraKind, RobotKind
+from ._kinds import CameraKind, EyesKind, RobotKind
 
 if TYPE_CHECKING:
     from naoserver_sim.robot import ArenaRobot
@@ -78,9 +81,10 @@ class RobotUnderTest:
 
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
-    the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
-    or a `Body`. `kind` may also be a robot that is there already. `member` says who it is in its team.
-    Raises RobotError when the body cannot be read.
+    the same on every machine. `eyes` say what serves `Sight`: `pictures` need OpenCV. `body` is its body: the
+    name of one that is known, the TOML file of one's own, or a `Body`. `kind` may also be a robot that is
+    there already. `member` says who it is in its team. Raises RobotError when the body cannot be read, and
+    MissingPackageError without OpenCV.
     """
 
     def __init__(
@@ -90,6 +94,7 @@ class RobotUnderTest:
         network: VirtualNetwork,
         *,
         camera: CameraKind = "auto",
+        eyes: EyesKind = "truth",
         body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
         member: Membership | None = None,
@@ -101,10 +106,20 @@ class RobotUnderTest:
         self._assembly: Final = Assembly(self.device, options, clock, hears=True, member=member)
         for identity, servant in self._assembly.servants.items():
             network.serve(identity, servant)
+        if eyes == "pictures":
+            network.serve("Sight", SightI(self._picture_eyes()))
         jobs = _VirtualJobs(clock, self._assembly.jobs)
         self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()
         self.device.start()
+
+    def _picture_eyes(self) -> Eyes:
+        try:
+            from naoserver.eyes.local import local_eyes
+        except ModuleNotFoundError as error:
+            raise MissingPackageError("OpenCV", "vision") from error
+        servants = self._assembly.servants
+        return local_eyes({camera.name: servants[camera.name] for camera in self.device.body.cameras})
 
     @property
     def joints(self) -> dict[str, float]:

@@ -12,6 +12,7 @@ import typer
 
 from naoserver.bodies import DEFAULT_BODY
 from visualhfsm.plugins import examples
+from visualhfsm.simulation import EyesKind
 from visualhfsm_match._rules import RULES, load_rules
 from zenoh_ice.application.cli import unwind_on_signals
 
@@ -32,6 +33,9 @@ _Players = Annotated[int, typer.Option(metavar="N", min=1, max=4, help="Robots o
 _Minutes = Annotated[float, typer.Option(metavar="N", min=0.1, max=90.0, help="How long a match lasts.")]
 _Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Seed of all that is drawn.")]
 _Body = Annotated[str, typer.Option(metavar="NAME", help="The robots, such as T1.")]
+_Eyes = Annotated[
+    EyesKind, typer.Option(help="What robots see: what the simulation knows, or pictures, by OpenCV.")
+]
 _Noise = Annotated[bool, typer.Option("--noise", help="Senses, pictures and gears as of real robots.")]
 _Rules = Annotated[
     Path,
@@ -68,6 +72,7 @@ def play(
     seed: _Seed = 1,
     body: _Body = DEFAULT_BODY,
     noise: _Noise = False,
+    eyes: _Eyes = "truth",
     rules: _Rules = RULES,
     unsafe: _Unsafe = False,
     report: Annotated[
@@ -90,7 +95,7 @@ def play(
     from visualhfsm_match._series import Match, Matches, pack, team_names
 
     check_place(report)
-    plan = _plan(players, minutes, seed, body, rules, noise=noise)
+    plan = _plan(players, minutes, seed, body, rules, noise=noise, eyes=eyes)
     _require_sandbox(unsafe=unsafe)
     archive, documents = pack([first.resolve(), second.resolve()])
     plan = _between(plan, documents, team_names([first, second]))
@@ -128,6 +133,7 @@ def play_tournament(
     seed: _Seed = 1,
     body: _Body = DEFAULT_BODY,
     noise: _Noise = False,
+    eyes: _Eyes = "truth",
     rules: _Rules = RULES,
     workers: Annotated[
         int | None,
@@ -168,7 +174,7 @@ def play_tournament(
             "{file} is there: --again replaces it and what is beside it, --out DIR keeps it",
             file=str(min(there)),
         )
-    plan = _plan(players, minutes, seed, body, rules, noise=noise)
+    plan = _plan(players, minutes, seed, body, rules, noise=noise, eyes=eyes)
     if cluster is None:
         _require_sandbox(unsafe=unsafe)
     archive, documents = pack(found)
@@ -247,7 +253,9 @@ def _require_sandbox(*, unsafe: bool) -> None:
         pass
 
 
-def _plan(players: int, minutes: float, seed: int, body: str, rules: Path, *, noise: bool) -> Plan:
+def _plan(
+    players: int, minutes: float, seed: int, body: str, rules: Path, *, noise: bool, eyes: EyesKind
+) -> Plan:
     """Return the plan of a match whose documents are not known yet. Raises MatchError."""
     from visualhfsm_match._errors import MatchError
     from visualhfsm_match._match import Plan
@@ -267,6 +275,7 @@ def _plan(players: int, minutes: float, seed: int, body: str, rules: Path, *, no
         rules=judged,
         body=body,
         noise=noise,
+        eyes=eyes,
         patience=_BEGIN + _PATIENCE * 60.0 * minutes,
     )
 

@@ -18,6 +18,7 @@ from naoserver.soccer_field import Field
 from naoserver_sim.arena import Arena
 from naoserver_sim.world import RobotPlace, World, load_world
 from visualhfsm.plugins import Turns, VirtualMedium
+from visualhfsm.simulation import EyesKind
 from visualhfsm.trials import Sandbox
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._film import Film
@@ -49,6 +50,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     rules: Rules
     body: str
     noise: bool = False
+    eyes: EyesKind = "truth"
     patience: float = 600.0
     """How long it may take by the wall, in s: then the team loses whose code has taken the most of it."""
 
@@ -130,6 +132,7 @@ class _Match:
                     medium=medium,
                     clock=self._turns.make_clock(),
                     seed=plan.seed,
+                    eyes=plan.eyes,
                 )
                 ends.callback(player.close)
             self._players.append(player)

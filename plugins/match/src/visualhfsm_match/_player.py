@@ -13,7 +13,7 @@ from hfsm_runtime.virtual import TaskClock, VirtualWorld
 from naoserver.protocol.robot import Robot
 from naoserver.serving.medium import Membership
 from visualhfsm.plugins import VirtualMedium, catch_up
-from visualhfsm.simulation import Behavior, RobotUnderTest
+from visualhfsm.simulation import Behavior, EyesKind, RobotUnderTest
 from visualhfsm.trials import Sandbox
 from visualhfsm_match._referee import Put, Referee
 from visualhfsm_match._servant import IDENTITY, RefereeI
@@ -64,6 +64,7 @@ class Player:
         medium: VirtualMedium,
         clock: TaskClock,
         seed: int,
+        eyes: EyesKind,
     ) -> None:
         self.name: Final = name
         self.team: Final = referee.players[name].team
@@ -81,7 +82,7 @@ class Player:
         self._surroundings: Final = _Surroundings(clock, kept=_KEPT)
         self._servant: Final = RefereeI(referee, name)
         member = Membership(name, self.team, medium.at(clock), session=referee.players[name].number)
-        self.robot: Final = _Robot(robot, clock, self._surroundings.network, member=member)
+        self.robot: Final = _Robot(robot, clock, self._surroundings.network, member=member, eyes=eyes)
         self._surroundings.network.serve(IDENTITY, self._servant)
 
     @property

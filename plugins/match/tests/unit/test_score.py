@@ -69,6 +69,13 @@ def test_it_knows_where_the_ball_is_on_the_field(behavior: MakeBehavior, x: floa
     assert abs(b.variables("score")["ball"] - complex(x, y)) < 0.08
 
 
+@pytest.mark.gl
+def test_it_knows_where_the_ball_is_by_pictures_too(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.4, 0.5, eyes="pictures", camera="rendered")
+    b.run_until("approach", limit=10.0)
+    assert abs(b.variables("score")["ball"] - complex(0.4, 0.5)) < 0.08
+
+
 def test_what_it_sees_corrects_where_it_believes_to_face(behavior: MakeBehavior) -> None:
     b = play(behavior, 0.0, 0.0, StartPose(position=(-0.75, 0.0), heading=0.14))
     b.run_until("approach", limit=10.0)

@@ -1,0 +1,24 @@
+"""Eyes that see the pictures of a robot that is served in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from naoserver.eyes._pictures import PictureEyes
+from naoserver.eyes.looks import read_looks
+
+
+class _Camera:
+    """A servant of a camera with the operations of its proxy. Implements `PictureCamera`."""
+
+    def __init__(self, servant: Any) -> None:  # noqa: ANN401 - its operations are asked for by name
+        self._servant: Final = servant
+
+    def __getattr__(self, operation: str) -> Any:  # noqa: ANN401
+        return lambda *arguments: getattr(self._servant, operation)(*arguments, None)
+
+
+def local_eyes(cameras: Mapping[str, Any]) -> PictureEyes:
+    """Return eyes that see the pictures of cameras, given as servants by their names."""
+    return PictureEyes({name: _Camera(servant) for name, servant in cameras.items()}, read_looks())
