@@ -133,8 +133,8 @@ def test_noise_misses_invents_and_moves_things_and_a_seed_makes_it_the_same(look
             found.append(robot.eyes.look())
         return found
 
-    first, second = looks(5), looks(5)
-    assert first == second != looks(6)
+    first, second = looks(7), looks(7)
+    assert first == second != looks(8)
     distances = [ball.distance for reading in first for ball in of(reading, "ball")]
     assert 0.005 < np.std(distances) < 0.2
     missed = [reading for reading in first if not of(reading, "ball")]
