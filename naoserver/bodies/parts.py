@@ -377,7 +377,7 @@ class SeenKind(_Part, frozen=True):
 
 
 SEEN: Final[Mapping[str, SeenKind]] = {
-    "ball": SeenKind(farthest=6.0, missed=0.05, invented=0.003, direction=0.0025, distance=0.05),
+    "ball": SeenKind(farthest=6.0, missed=0.05, invented=0.003, direction=0.0033, distance=0.05),
     "robot": SeenKind(farthest=5.0, missed=0.2, direction=0.027, distance=0.1),
     "goalpost": SeenKind(farthest=8.0, missed=0.1, invented=0.002, direction=0.01, distance=0.1),
     "crossing": SeenKind(farthest=3.0, missed=0.2, invented=0.002, direction=0.005),

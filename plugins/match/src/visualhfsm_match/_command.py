@@ -106,7 +106,7 @@ def play(
     for event in played.result.events:
         console.print(f"{event.clock}  {event.text}", markup=False, soft_wrap=True)
     console.print(f"\n{outcome_of(played.result)}", markup=False, soft_wrap=True)
-    _print_tallies(played.result, console)
+    _print_tallies(played, console)
     write_html(report, played.page)
     console.print(f"{report} shows it in 3D", markup=False, soft_wrap=True)
 
@@ -213,22 +213,21 @@ def play_tournament(
         raise typer.Exit(1)
 
 
-def _print_tallies(result: Result, console: Console) -> None:
+def _print_tallies(played: Played, console: Console) -> None:
     """Print what the teams did, and what the match has cost."""
     from rich.table import Table
 
     from visualhfsm_match._tally import HEAD
 
+    result, cost = played.result, played.cost
     table = Table("(a robot and minute)", *HEAD)
     for team, tally in zip(result.teams, result.tallies, strict=False):
         table.add_row(team, *tally.cells)
     console.print(table)
-    code = ", ".join(
-        f"{spent:g} s for {team}" for team, spent in zip(result.teams, result.spent, strict=False)
-    )
-    faster = result.seconds / max(result.wall, 0.1)
+    code = ", ".join(f"{spent:g} s for {team}" for team, spent in zip(result.teams, cost.spent, strict=False))
+    faster = result.seconds / max(cost.wall, 0.1)
     console.print(
-        f"{result.seconds:.0f} s of match in {result.wall:.0f} s, {faster:.1f} times as fast; "
+        f"{result.seconds:.0f} s of match in {cost.wall:.0f} s, {faster:.1f} times as fast; "
         f"of these the code and its robots took {code}",
         markup=False,
         soft_wrap=True,

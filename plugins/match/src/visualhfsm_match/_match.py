@@ -71,16 +71,20 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
     """How long it took in virtual time."""
     tallies: tuple[Tally, ...] = ()
     """What the robots of each team did."""
-    wall: float = 0.0
-    """How long it took by the wall, in s."""
-    spent: tuple[float, ...] = ()
-    """s of it in the code of each team."""
     digest: str = ""
     """Of all states of the match."""
 
 
-def play(plan: Plan, folder: Path, sandboxes: Sequence[Sandbox], film: Film) -> Result:
-    """Play a match of documents in a folder before a film, and return what it came to.
+class Cost(msgspec.Struct, frozen=True):
+    """What a match has taken, in s by the wall: another time it takes more or less."""
+
+    wall: float = 0.0
+    spent: tuple[float, ...] = ()
+    """Of it, in the code of each team."""
+
+
+def play(plan: Plan, folder: Path, sandboxes: Sequence[Sandbox], film: Film) -> tuple[Result, Cost]:
+    """Play a match of documents in a folder before a film, and return what it came to, and has taken.
 
     The code of each runs in a sandbox of its own. Raises MatchError for a plan that is not possible, and
     VisualHfsmError for a computer that cannot contain it.
@@ -150,7 +154,7 @@ class _Match:
         )
         return msgspec.structs.replace(world, robots=robots)
 
-    def play(self, film: Film) -> Result:
+    def play(self, film: Film) -> tuple[Result, Cost]:
         """Play to the end."""
         referee, until = self._referee, time.monotonic() + self._plan.patience
         robots = dict(zip(self._names, self._arena.robots, strict=True))
@@ -175,7 +179,10 @@ class _Match:
             if time.monotonic() > until:
                 slow = max(self._spent, key=lambda team: self._spent[team])
                 referee.forfeit(slow, f"it took most of {self._plan.patience:g} s")
-        return self._result(film, counter, time.monotonic() - began)
+        cost = Cost(
+            round(time.monotonic() - began, 1), tuple(round(self._spent[team], 1) for team in referee.teams)
+        )
+        return self._result(film, counter), cost
 
     def _begin_other_team(self) -> None:
         """Let a team begin that has not yet: it may fail as soon as the one that has lost."""
@@ -212,7 +219,7 @@ class _Match:
         finally:
             self._spent[team] += time.monotonic() - began
 
-    def _result(self, film: Film, counter: Counter, wall: float) -> Result:
+    def _result(self, film: Film, counter: Counter) -> Result:
         referee = self._referee
         first, second = referee.teams
         lost = [event.text for event in referee.events if event.kind == "lost"]
@@ -229,7 +236,5 @@ class _Match:
             lying=tuple(lying),
             seconds=round(self._turns.clock.now(), 3),
             tallies=tuple(counter.of.values()),
-            wall=round(wall, 1),
-            spent=tuple(round(self._spent[team], 1) for team in (first, second)),
             digest=film.digest,
         )

@@ -38,11 +38,11 @@ def _answer(match: Match) -> MatchAnswer:
                 files = [*(folder / document).parent.glob("*.xml")]
                 sandbox = find_sandbox(files=files, unsafe=match.unsafe, seconds=plan.seconds)
                 sandboxes.append(ends.enter_context(sandbox))
-            result = play(plan, folder, sandboxes, film)
+            result, cost = play(plan, folder, sandboxes, film)
         page = match_page(plan, result, film) if match.page else ""
     except VisualHfsmError as error:
         return MatchAnswer(refused=str(error))
-    return MatchAnswer(Played(result, zlib.compress(page.encode())))
+    return MatchAnswer(Played(result, zlib.compress(page.encode()), cost))
 
 
 def _answer_and_forget(match: Match) -> MatchAnswer:

@@ -16,7 +16,7 @@ from codegen.files import read_regular
 from visualhfsm.plugins import EndedError, NoAnswerError, TaskProcesses
 from visualhfsm.trials import Archive, documents_of
 from visualhfsm_match._errors import MatchError
-from visualhfsm_match._match import Plan, Result
+from visualhfsm_match._match import Cost, Plan, Result
 
 PREFIX: Final = "visualhfsm-match-"
 _TEAM: Final = re.compile(r"\W+")
@@ -62,6 +62,7 @@ class Played(msgspec.Struct, frozen=True):
 
     result: Result
     packed: bytes = b""
+    cost: Cost = Cost()
 
     @property
     def page(self) -> str:
