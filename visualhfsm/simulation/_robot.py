@@ -13,7 +13,6 @@ from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName
 from hfsm_runtime.virtual.network import VirtualNetwork
 from naoserver.bodies import DEFAULT_BODY
-from naoserver.bodies.capabilities import Eyes
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver.errors import HardwareFailure
@@ -22,7 +21,6 @@ from naoserver.fake.robot import Point, paint
 from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
-from naoserver.serving._sight import SightI
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.medium import Membership
 from naoserver_sim.named_body import named_body
@@ -107,19 +105,19 @@ class RobotUnderTest:
         for identity, servant in self._assembly.servants.items():
             network.serve(identity, servant)
         if eyes == "pictures":
-            network.serve("Sight", SightI(self._picture_eyes()))
+            network.serve("Sight", self._sight_of_pictures())
         jobs = _VirtualJobs(clock, self._assembly.jobs)
         self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()
         self.device.start()
 
-    def _picture_eyes(self) -> Eyes:
+    def _sight_of_pictures(self) -> Object:
         try:
-            from naoserver.eyes.local import local_eyes
+            from naoserver.eyes.local import local_sight
         except ModuleNotFoundError as error:
             raise MissingPackageError("OpenCV", "vision") from error
         servants = self._assembly.servants
-        return local_eyes({camera.name: servants[camera.name] for camera in self.device.body.cameras})
+        return local_sight({camera.name: servants[camera.name] for camera in self.device.body.cameras})
 
     @property
     def joints(self) -> dict[str, float]:
