@@ -174,11 +174,11 @@ def test_the_shelf_of_the_project_follows_its_folder(own: EditorPage, root: Path
 
 def test_what_the_robot_lacks_is_said(own: EditorPage) -> None:
     own.page.evaluate(SERVED, [["Safety", "Head", "Walk", "Leds", "Postures"], ["Rest", "Stand"]])
-    lacks = own.page.get_by_role("option", name="Look for a ball, this robot has no camera")
+    lacks = own.page.get_by_role("option", name="Look for a ball, this robot has no eyes")
     expect(lacks).to_contain_class("lacking")
     trouble = own.page.locator(".shelf-about .trouble")
     own.hover(lacks, shows=trouble)
-    expect(trouble).to_have_text("This robot has no camera.")
+    expect(trouble).to_have_text("This robot has no eyes.")
     expect(ready(own, "Walk to")).not_to_contain_class("lacking")
     expect(ready(own, "Stand")).not_to_contain_class("lacking")
     sit = own.page.get_by_role("option", name="Sit, this robot has no posture Sit")

@@ -59,7 +59,7 @@ def reported(robot):
 
 def test_a_cart_serves_what_it_has(cart):
     senses = {"Touch", "Battery", "Sonar"}
-    expected = ALWAYS | BALLS | MOVING | NECK | senses | {"Camera", "Leds"}
+    expected = ALWAYS | BALLS | MOVING | NECK | senses | {"Camera", "Leds", "Sight"}
     assert set(cart.communicator.identities()) == expected
 
 
@@ -69,7 +69,7 @@ def test_an_arm_serves_its_joints_and_its_hinge(arm):
 
 def test_a_humanoid_serves_what_it_has(giant):
     shoulders = {f"{side}Shoulder{part}" for side in ("Left", "Right") for part in ("Motors", "Encoders")}
-    expected = ALWAYS | BALLS | MOVING | NECK | shoulders | {"Camera", "InertialUnit"}
+    expected = ALWAYS | BALLS | MOVING | NECK | shoulders | {"Camera", "InertialUnit", "Sight"}
     assert set(giant.communicator.identities()) == expected
 
 

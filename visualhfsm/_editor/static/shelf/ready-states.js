@@ -28,6 +28,7 @@ const PARTS = {
   Leds: t("lights"),
   Motions: t("motions"),
   Postures: t("postures"),
+  Sight: t("eyes"),
   Sounds: t("loudspeaker"),
   Speech: t("voice"),
   Touch: t("touch sensors"),
