@@ -36,7 +36,8 @@ _DIRECTIVE = re.compile(r"#\s*(?P<name>\w*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
 _NAME = re.compile(r"(?!defined\b)[A-Za-z_]\w*", re.ASCII)
 _DEFINED = re.compile(rf"\bdefined\b\s*(?:\(\s*({_NAME.pattern})\s*\)|({_NAME.pattern}))", re.ASCII)
-_CONDITION = re.compile(r"[\s!]*+[01]\s*+(?:(?:&&|\|\|)[\s!]*+[01]\s*+)*+")
+_AND_OR = re.compile(r"&&|\|\|")
+_TERM = re.compile(r"[\s!]*+[01]\s*+")
 _FALSE = re.compile(r"(?<!!)0|!1")
 _STRING_OR_COMMENT = re.compile(r'("(?:[^"\\]|\\.)*")|//.*|/\*.*?\*/', re.DOTALL)
 
@@ -252,7 +253,8 @@ class _Reader:
 
     def _condition_holds(self, name: str, condition: str, token: Token) -> bool:
         known = _DEFINED.sub(lambda each: f" {int((each[1] or each[2]) in self._macros)} ", condition)
-        if not _CONDITION.fullmatch(known):
+        # Not one pattern of all: Python 3.11.4 and older err in possessive groups (cpython issue 106052).
+        if not all(_TERM.fullmatch(term) for term in _AND_OR.split(known)):
             message = (
                 f"the condition of #{name} can have `defined NAME`, 0, 1, `!`, `&&` and `||`, not "
                 f"`{_cut(condition)}`; nest #ifdef and #ifndef for others"
