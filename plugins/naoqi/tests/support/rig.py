@@ -55,11 +55,14 @@ class Rig:
     """A robot in virtual time, a fake one by default, behind its guards, and ALMotion over them."""
 
     def __init__(
-        self, make_robot: Callable[[SteppedClock], Any] = FakeRobot, clock: SteppedClock | None = None
+        self,
+        make_robot: Callable[[SteppedClock], Any] = FakeRobot,
+        clock: SteppedClock | None = None,
+        options: ServerOptions | None = None,
     ) -> None:
         self.clock = clock or SteppedClock(limit=EVENT_LIMIT)
         self.robot = make_robot(self.clock)
-        self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
+        self.assembly = Assembly(self.robot, options or ServerOptions(), VirtualClock())
         self.access = Access(self.robot, self.assembly, Path("no disk"))
         self.postures = self.access.service(ALRobotPosture)
         self.walking = self.access.walking

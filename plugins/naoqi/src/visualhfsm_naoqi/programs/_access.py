@@ -63,6 +63,8 @@ class Access:
         self.player: Final = assembly.player
         self.paths: Final = assembly.paths
         """What moves its joints along curves."""
+        self.servants: Final = assembly.servants
+        """What it serves, by identity."""
         self.hearing: Final = assembly.hearing
         """Passes on what is said to it, as text."""
         self.postures: Final = needed(assembly.postures, "knows no postures")

@@ -1,22 +1,25 @@
 """NAOqi's detectors of red balls, landmarks, faces and blobs of a color.
 
-Landmarks are ArUco marks of 4 by 4 bits, whose numbers are reported. World files place them, and faces, as
-signs. Detection uses the robot's own pictures.
+Red balls are those that `Sight` reports. The others are found in the robot's own pictures: their events have
+sizes, which `Sight` does not know. Landmarks are ArUco marks of 4 by 4 bits, whose numbers are reported.
+World files place them, and faces, as signs.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from interfaces import nao
 from naoserver.bodies.kinematics import numbers_of
 from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import HardwareFailure, RobotError
+from naoserver.eyes.looks import read_looks
 from visualhfsm_naoqi.programs._access import Access
 from visualhfsm_naoqi.programs._arguments import constant, kept, number, number_within, switch, text
 from visualhfsm_naoqi.programs._clients import Call
@@ -33,8 +36,6 @@ _CAMERAS: Final = ("CameraTop", "CameraBottom")
 _MOST_SEEN: Final = 10
 _SMALLEST: Final = 20
 """Pixels of the smallest region that is detected."""
-_ROUND: Final = 0.7
-"""Minimum share of its enclosing circle that a ball fills."""
 _FORGETTING: Final = 4.0
 """Robot seconds without a face after which a person counts as met again."""
 _MOST_LEARNED: Final = 100
@@ -42,6 +43,8 @@ _MOST_LEARNED: Final = 100
 Pixels = NDArray[np.uint8]
 Region = tuple[float, float, float, float]
 """Center (to the right and down), width and height, in pixels."""
+Detection = tuple[Region, Any]
+"""A region and further data."""
 
 
 _MIDDLE: Final = 0.5
@@ -49,19 +52,6 @@ _MIDDLE: Final = 0.5
 _BEYOND: Final = 0.35
 """Pixels by which a landmark reaches beyond its corners: 0.5 where it is upright and crisp. With this, one of
 9 cm in MuJoCo's pictures is as wide as it should be within 1 %, from 0.5 to 2 m."""
-
-
-def find_red_ball(picture: Pixels) -> Region | None:
-    """Return the largest round red region of an RGB picture."""
-    import cv2
-
-    hsv = cv2.cvtColor(picture, cv2.COLOR_RGB2HSV)
-    red = cv2.inRange(hsv, (0, 140, 60), (8, 255, 255)) | cv2.inRange(hsv, (172, 140, 60), (180, 255, 255))
-    for contour in _contours(red):
-        (x, y), radius = cv2.minEnclosingCircle(contour)
-        if cv2.contourArea(contour) > _ROUND * math.pi * radius * radius:
-            return x + _MIDDLE, y + _MIDDLE, 2.0 * radius, 2.0 * radius
-    return None
 
 
 def find_blob(picture: Pixels, color: tuple[int, int, int], tolerance: int) -> Region | None:
@@ -125,7 +115,7 @@ def _contours(mask: Any, smallest: int = _SMALLEST) -> list[Any]:  # noqa: ANN40
 
 
 class Detector(Extractor):
-    """Search pictures of a camera while there are subscribers, and raise an event with the results."""
+    """Look through a camera while there are subscribers, and raise an event with what is seen."""
 
     KEY: ClassVar[str]
     """The event, whose value is an empty list when nothing is seen any more."""
@@ -135,7 +125,7 @@ class Detector(Extractor):
         self._memory = access.service(ALMemory)
         self._memory.extractors[self.KEY] = self
         self._camera = 0
-        self.seen: list[tuple[Region, Any]] = []
+        self.seen: Sequence[Detection] = []
         """The detections in the newest picture: the region in angles, and further data."""
         self._failing = False
 
@@ -153,33 +143,35 @@ class Detector(Extractor):
         if not self._robot.cameras:
             raise HardwareFailure("this robot has no camera")
         try:
-            import cv2  # noqa: F401 - is it installed?
+            self._load()
         except ModuleNotFoundError as error:
             raise HardwareFailure(missing_package(error, "vision")) from None
         self._memory.insertData(self.KEY, [])
 
     def _look(self) -> None:
-        """Take a picture, and raise the event; due every LOOKING while there are subscribers."""
-        facts = self._robot.cameras[self._camera]
+        """Look at the newest picture, and raise the event; due every LOOKING while there are subscribers."""
+        before = self.seen
         try:
-            frame = self._robot.capture(facts.name, *_SIZE)
+            time, self.seen = self._see(self._robot.cameras[self._camera])
         except RobotError as error:
             if not self._failing:
                 _logger.warning("%s sees nothing: %s", self.KEY, error)
             self._failing = True
             return
         self._failing = False
-        before = self.seen
-        self.seen = [(_in_angles(region, facts), what) for region, what in self._find(frame.pixels)]
         if self.seen:
-            seconds, fraction = divmod(frame.time, 1.0)
+            seconds, fraction = divmod(time, 1.0)
             stamp = [int(seconds), int(fraction * 1e6)]
             self._memory.raiseEvent(self.KEY, self._value(stamp, self._poses()))
         elif before:
             self._memory.raiseEvent(self.KEY, [])
 
-    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
-        """Return the detected regions, each with further data."""
+    def _load(self) -> None:
+        """Load what it sees with. Raises ModuleNotFoundError for a missing package."""
+        raise NotImplementedError
+
+    def _see(self, camera: CameraFacts) -> tuple[float, Sequence[Detection]]:
+        """Return the robot time of the newest picture in s, and the detections, regions in angles."""
         raise NotImplementedError
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
@@ -205,21 +197,59 @@ def _in_angles(region: Region, facts: CameraFacts) -> Region:
 
 
 class ALRedBallDetection(Detector):
-    """Detect a red ball."""
+    """Detect a red ball by what the robot serves as `Sight`, or else by eyes as those of `nao eyes`."""
 
     KEY = "redBallDetected"
 
-    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
-        ball = find_red_ball(picture)
-        return [] if ball is None else [(ball, None)]
+    _radius: float
+    """In m, of red balls: `Sight` knows where they are, but not how large."""
+    _sight: Callable[[], nao.SightReading]
+
+    def _load(self) -> None:
+        servants = self._access.servants
+        servant: Any = servants.get("Sight")
+        if servant is None:
+            from naoserver.eyes.local import local_sight
+
+            servant = local_sight({camera.name: servants[camera.name] for camera in self._robot.body.cameras})
+        self._sight = lambda: servant.getSight(None)
+        self._radius = read_looks().balls["red"]
+
+    def _see(self, camera: CameraFacts) -> tuple[float, Sequence[Detection]]:
+        reading = self._sight()
+        balls = [
+            thing
+            for thing in reading.things
+            if (thing.kind, thing.name, thing.camera) == ("ball", "red", camera.name)
+        ]
+        if not balls:
+            return reading.time, []
+        ball = min(balls, key=lambda ball: ball.distance)  # which looks largest
+        size = 2.0 * math.atan(self._radius / ball.distance)
+        return ball.time, [((ball.left, ball.down, size, size), None)]
 
 
-class ALLandMarkDetection(Detector):
+class PictureDetector(Detector):
+    """Search the pictures of a camera."""
+
+    def _load(self) -> None:
+        import cv2  # noqa: F401 - is it installed?
+
+    def _see(self, camera: CameraFacts) -> tuple[float, Sequence[Detection]]:
+        frame = self._robot.capture(camera.name, *_SIZE)
+        return frame.time, [(_in_angles(region, camera), what) for region, what in self._find(frame.pixels)]
+
+    def _find(self, picture: Pixels) -> Sequence[Detection]:
+        """Return the detected regions, each with further data."""
+        raise NotImplementedError
+
+
+class ALLandMarkDetection(PictureDetector):
     """Detect landmarks and their numbers."""
 
     KEY = "LandmarkDetected"
 
-    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+    def _find(self, picture: Pixels) -> Sequence[Detection]:
         return [(region, number) for number, region in find_landmarks(picture)]
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
@@ -227,7 +257,7 @@ class ALLandMarkDetection(Detector):
         return [stamp, marks, *poses, _CAMERAS[self._camera]]
 
 
-class ALFaceDetection(Detector):
+class ALFaceDetection(PictureDetector):
     """Detect faces. All faces of a world look alike: each is recognized as that which was learned last."""
 
     KEY = "FaceDetected"
@@ -241,7 +271,7 @@ class ALFaceDetection(Detector):
 
     setTrackingEnabled, isTrackingEnabled = kept("whether it follows faces", True, enable=switch)
 
-    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+    def _find(self, picture: Pixels) -> Sequence[Detection]:
         return [(region, number) for number, region in enumerate(find_faces(picture), 1)]
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
@@ -291,7 +321,7 @@ class ALFaceDetection(Detector):
     enableRecognition, enableTracking = setRecognitionEnabled, setTrackingEnabled  # their former names
 
 
-class ALColorBlobDetection(Detector):
+class ALColorBlobDetection(PictureDetector):
     """Detect the largest region of a color."""
 
     KEY = "ALTracker/ColorBlobDetected"
@@ -315,6 +345,6 @@ class ALColorBlobDetection(Detector):
         shape=text,
     )
 
-    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+    def _find(self, picture: Pixels) -> Sequence[Detection]:
         blob = find_blob(picture, self._color, self._tolerance)
         return [] if blob is None else [(blob, None)]

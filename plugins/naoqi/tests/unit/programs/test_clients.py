@@ -216,7 +216,6 @@ def test_what_another_client_commanded_instead_goes_on(rig, ada, bob):
 
 
 def test_a_lost_client_is_followed_by_no_head(rig, ada):
-    pytest.importorskip("cv2")
     tracker, detector = rig.access.service(ALTracker), rig.access.service(ALRedBallDetection)
     with running(Call(rig.clock, ada)):
         tracker.track("RedBall")

@@ -67,7 +67,7 @@ def test_a_target_that_is_gone_is_lost_and_ends_the_walk(rig, tracker, detector)
     tracker.track("RedBall")
     run(rig, tracker, detector, 1.0)
     assert not tracker.isTargetLost()
-    detector._find = lambda _picture: []
+    rig.robot.mechanisms[0].place({"BallRedPan": 3.0})
     run(rig, tracker, detector, 1.0)
     assert tracker.isTargetLost()
     assert not rig.walking.active

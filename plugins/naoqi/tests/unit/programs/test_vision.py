@@ -9,8 +9,12 @@ pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
+from naoserver.fake.robot import RADIUS
+from naoserver.options import ServerOptions
 from naoserver.robot import Frame
 from naoserver_sim._surroundings import draw_face, draw_landmark
+from plugins.naoqi.tests.support.rig import Rig
+from visualhfsm_naoqi.programs._memory import ALMemory
 from visualhfsm_naoqi.programs._vision import (
     ALColorBlobDetection,
     ALFaceDetection,
@@ -18,7 +22,6 @@ from visualhfsm_naoqi.programs._vision import (
     find_blob,
     find_faces,
     find_landmarks,
-    find_red_ball,
 )
 
 
@@ -31,33 +34,12 @@ def picture(drawn=None, left=0, top=0):
     return pixels
 
 
-def disc(color, radius=15, *, squeezed=1.0):
+def disc(color, radius):
     size = 2 * radius + 1
     y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1]
     drawn = np.full((size, size, 3), 120, np.uint8)
-    drawn[(x * x + (y / squeezed) ** 2) <= radius * radius] = color
+    drawn[x * x + y * y <= radius * radius] = color
     return drawn
-
-
-def test_a_red_ball_is_where_it_is():
-    region = find_red_ball(picture(disc((220, 20, 25)), 100, 50))
-    assert region is not None
-    assert region[:2] == pytest.approx((115.5, 65.5), abs=0.1)
-    assert region[2:] == pytest.approx((31, 31), abs=1.1)
-
-
-@pytest.mark.parametrize(
-    "drawn",
-    [
-        disc((20, 200, 30)),
-        disc((220, 20, 25), squeezed=0.3),
-        disc((220, 20, 25), radius=1),
-        disc((180, 130, 130)),
-    ],
-    ids=["green", "flat", "tiny", "pale"],
-)
-def test_what_is_no_red_ball(drawn):
-    assert find_red_ball(picture(drawn, 100, 50)) is None
 
 
 def test_the_largest_blob_of_a_color_is_seen():
@@ -102,6 +84,28 @@ def test_a_ball_is_reported_as_angles(rig, memory):
     assert (len(stamp), len(torso), height > 0.0, camera) == (2, 6, True, 0)
 
 
+def test_a_ball_is_where_sight_says_as_large_as_its_distance_lets_it_look(rig, memory):
+    detector = rig.access.service(ALRedBallDetection)
+    detector.subscribe("test")
+    rig.advance(0.5)
+    detector._look()
+    stamp, (left, down, width, height), *_ = memory.getData("redBallDetected")
+    ball = next(thing for thing in rig.robot.eyes.look().things if thing.name == "red")
+    assert stamp == [0, 500_000]
+    assert (left, down, width) == pytest.approx((ball.left, ball.down, 2 * math.atan(0.06 / ball.distance)))
+    assert height == width
+
+
+def test_a_robot_that_serves_no_sight_sees_the_ball_in_its_pictures(sightless):
+    detector = sightless.access.service(ALRedBallDetection)
+    detector.subscribe("test")
+    detector._look()
+    _, (left, down, width, _), *_ = sightless.access.service(ALMemory).getData("redBallDetected")
+    ball = next(thing for thing in sightless.robot.eyes.look().things if thing.name == "red")
+    assert (left, down) == pytest.approx((ball.left, ball.down), abs=0.005)
+    assert width == pytest.approx(2 * math.atan(RADIUS / ball.distance), rel=0.05)
+
+
 def test_what_is_gone_is_reported_once(rig, memory):
     detector = rig.access.service(ALRedBallDetection)
     detector.subscribe("test")
@@ -132,6 +136,14 @@ def test_the_color_of_a_blob_is_chosen(rig, memory):
     assert memory.getData(detector.KEY)[1][0] == pytest.approx(0.15, abs=0.03)
     with pytest.raises(InvalidCommand, match="green is 300"):
         detector.setColor(30, 300, 40, 60)
+
+
+@pytest.fixture
+def sightless():
+    """A fake robot that serves no Sight."""
+    rig = Rig(options=ServerOptions(sight=False))
+    yield rig
+    rig.close()
 
 
 @pytest.fixture
