@@ -36,7 +36,7 @@ SHARE: Final = Path(sys.prefix, "share")
 UNUSED: Final = ("rmw_dds_common", "rosidl_generator_type_description")
 STANDARD: Final = ("actionlib_msgs", "shape_msgs", "stereo_msgs", "tf2_msgs", "visualization_msgs")
 """Packages of rosbags' types for Jazzy that the wheels do not have."""
-WRITTEN: Final = ("control_msgs", "naoqi_bridge_msgs", "smach_msgs", "tf2_msgs")
+WRITTEN: Final = ("control_msgs", "naoqi_bridge_msgs", "smach_msgs", "tf2_msgs", "vision_msgs")
 """Packages of messages that the wheels do not have, and that are recorded as Cyclone DDS writes them."""
 OWN: Final = {
     "example_interfaces/srv/AddTwoInts": "int64 a\nint64 b\n---\nint64 sum\n",
@@ -51,7 +51,7 @@ OWN: Final = {
     "duration_msgs/msg/Span": "builtin_interfaces/Time start\nbuiltin_interfaces/Duration length\n",
 }
 """Types of users, with what the grammar allows, and some of other packages."""
-OURS: Final = Path(__file__).parents[2] / "zenoh_ros2" / "definitions"
+OURS: Final = Path(__file__).parents[2] / "src" / "zenoh_ros2" / "definitions"
 """What rosbags lacks and our package brings: these texts are recorded, too."""
 WORDS: Final = ("", "x", "Grüße", "joint_1", "日本", "a longer text, so that what follows moves")
 PLAIN: Final = {"bool": "int8", "byte": "int8", "char": "uint8"}
