@@ -13,15 +13,18 @@ from io import BytesIO
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from interfaces.jderobot import CameraPrx, EncodersPrx, MotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, SpeechPrx, WalkPrx
 from naoserver.bodies import find_body
+from naoserver.bodies.kinematics import kinematics_of, turned
 from naoserver.bodies.nao import H21, H25
 from naoserver.body import Body
 from naoserver.fake import FakeRobot
+from naoserver.fake.robot import Ball
 from naoserver.moves.motion_file import load_motions
 from naoserver.moves.routes import MotionRoute
 from naoserver.options import SafetyOptions, ServerOptions
@@ -250,6 +253,41 @@ def test_a_camera_takes_images_only_while_somebody_listens(shared: Robot) -> Non
     assert camera.wanted
     subscription.close()
     eventually(lambda: not camera.wanted)
+
+
+def place_in(transforms: list[Any], frame: str, root: str) -> np.ndarray[Any, Any]:
+    """Return the place of a frame in another one, above it in the tree, as a matrix."""
+    above = {each.child_frame_id: each for each in transforms}
+    place = np.eye(4)
+    while frame != root:
+        way, turn = above[frame].transform.translation, above[frame].transform.rotation
+        link = turned((turn.w, turn.x, turn.y, turn.z))
+        link[:3, 3] = way.x, way.y, way.z
+        place, frame = link @ place, above[frame].header.frame_id
+    return place
+
+
+def test_what_a_camera_shows_is_where_it_is_by_the_tree_of_frames(shared: Robot, robot: FakeRobot) -> None:
+    message = shared.topic("/camera/front/detections")
+    transforms = [*shared.topic("/tf").transforms, *shared.topic("/tf_static", LATCHED).transforms]
+    camera = place_in(transforms, message.header.frame_id, "base_link")
+    angles = dict(zip(H25.joint_names, robot.read().positions, strict=True))
+    torso = kinematics_of(H25).torso_place(angles)
+    balls = {f"ball:{color}": robot.mechanisms[at] for at, color in enumerate(("red", "green"))}
+    for each in message.detections:
+        (result,) = each.results
+        at = result.pose.pose.position
+        ball = Ball(*balls.pop(result.hypothesis.class_id).read().positions)
+        assert torso @ camera @ (at.x, at.y, at.z, 1.0) == pytest.approx((*ball.place, 1.0), abs=0.01)
+    assert not balls
+    assert "/camera/bottom/detections" in shared.ros.graph.topics()
+    assert "/camera/outside/detections" not in shared.ros.graph.topics()
+
+
+def test_a_robot_that_serves_no_sight_announces_no_detections() -> None:
+    with gateway(options=ServerOptions(sight=False)) as robot:
+        assert robot.ros.graph.wait(lambda: "/cmd_vel" in robot.ros.graph.topics(), EVENT_LIMIT)
+        assert "/camera/front/detections" not in robot.ros.graph.topics()
 
 
 def test_a_touch_is_an_event(shared: Robot, robot: FakeRobot) -> None:

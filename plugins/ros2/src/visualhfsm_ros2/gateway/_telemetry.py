@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final, NamedTuple, TypeVar
 
 from interfaces import nao
@@ -22,6 +23,7 @@ from visualhfsm_ros2.gateway._frames import (
     urdf,
 )
 from visualhfsm_ros2.gateway._messages import BodyFrames, Fields, Stamps
+from visualhfsm_ros2.gateway._sight import detections
 from zenoh_ice import Sample, Subscription
 from zenoh_ice.objects.proxy import StreamedCall
 from zenoh_ros2 import LATCHED, Node, Publisher, QoS
@@ -106,6 +108,7 @@ class Telemetry:
         self._add_touch()
         for identity, topic in camera_topics(robot.body).items():
             self._add_camera(identity, topic)
+        self._add_sight()
         self._adjusting = clock.getTime.subscribe(
             lambda sample: stamps.adjust(sample.time, sample.wall_time), rate=_ONCE_A_SECOND
         )
@@ -253,6 +256,22 @@ class Telemetry:
             Output("sensor_msgs/msg/CameraInfo", f"{topic}/camera_info", frame, info),
             Output(compressed, f"{raw}/compressed", frame, messages.compressed_image),
         )
+
+    def _add_sight(self) -> None:
+        sight, topics = self._robot.find(nao.SightPrx, "Sight"), camera_topics(self._body)
+        if sight is None:
+            return
+        kind = "vision_msgs/msg/Detection3DArray"
+        outputs = [
+            Output(
+                kind,
+                f"{topics[camera.name]}/detections",
+                optical_frame(camera_frame(camera, camera.name)),
+                partial(detections, camera.name, self._stamps),
+            )
+            for camera in self._body.cameras
+        ]
+        self._show(sight.getSight, *outputs)
 
 
 def camera_topics(body: Body) -> dict[str, str]:
