@@ -166,7 +166,7 @@ def test_a_robot_that_starts_beside_another_program_is_waited_for() -> None:
 
         turner = Turner()
         connect(turner, communicator, Patience(START_LIMIT))
-        turner.head.setSpeed(0.2, 0.0)
+        turner.head.ice_invocationTimeout(1000.0 * START_LIMIT).setSpeed(0.2, 0.0)
     assert len(refused) == 1
 
 

@@ -103,6 +103,17 @@ HANGING = """
         time.sleep(60)
 """
 
+LAST_MOMENT = """
+    class Late:
+        def __del__(self, kill=os.kill, process=os.getpid(), number=signal.SIGINT):
+            kill(process, number)
+
+    sys.late = Late()  # until Python has given up its handlers
+    with stop_on_signals() as stop:
+        strike(signal.SIGTERM)
+        stop.wait()
+"""
+
 FAILING = """
     with stop_on_signals() as stop:
         strike()
@@ -190,6 +201,10 @@ def test_a_signal_leaves_nothing_locked_wherever_it_strikes(function: str, event
 
 def test_a_second_signal_does_not_break_off_the_cleaning_up() -> None:
     assert end_of(AGAIN) == (130, "cleaned up\n", "")
+
+
+def test_a_second_signal_at_the_last_moment_changes_no_exit_code() -> None:
+    assert end_of(LAST_MOMENT) == (143, "", "")
 
 
 def test_a_signal_after_the_grace_ends_a_command_that_hangs() -> None:

@@ -48,6 +48,8 @@ _CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be r
 _LISTEN: Final = "Endpoint to listen on; port 0 picks a free port; may be repeated."
 _CONFIG: Final = f"Settings file, instead of {CONFIG_VARIABLE}; variables and flags override it."
 _LONGEST_ERROR: Final = 1 << 16
+_END_LIMIT: Final = 10.0
+"""Seconds in which a process ends that a signal is to end."""
 _SHARED: Final = [
     _option("realm", "NAME", "Robot or stack to join."),
     _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
@@ -337,8 +339,10 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     try:
         try:
             app()
-        except SystemExit:
+        except SystemExit as end:
             sys.stdout.flush()
+            if isinstance(end.code, int) and end.code - 128 in _stop_signals():
+                _end_undisturbed(end.code)
             raise
     except errors as error:
         _logger.debug("the command failed", exc_info=True)
@@ -355,6 +359,15 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     if why is not None:
         typer.echo(f"{program_name()}: error: {printable(' '.join(why.split()), _LONGEST_ERROR)}", err=True)
     sys.exit(1)
+
+
+def _end_undisturbed(code: int) -> None:
+    """Let no further signal change the exit code: Python gives up its handlers before it has ended."""
+    for number in _stop_signals():
+        signal.signal(number, signal.SIG_IGN)
+    limit = threading.Timer(_END_LIMIT, os._exit, (code,))
+    limit.daemon = True
+    limit.start()
 
 
 def _end_output() -> None:

@@ -144,6 +144,8 @@ class LimitedRun:
 
     def report(self) -> dict[str, Any]:
         """Return what happened: where it is, how it ended, what the robot did; texts of others are data."""
+        if not self.runs:  # what it wrote last may still be on its way
+            self._threads[0].join(_GRACE)
         now, snapshot = self._robot(), self._snapshot
         path = [] if snapshot is None or self._structure is None else self._structure.current_path(snapshot)
         moved = None
