@@ -19,16 +19,14 @@ from hfsm_runtime import (
     Transition,
     main,
 )
-from interfaces.jderobot import CameraPrx
 from interfaces.jderobot import Pose3DEncodersPrx
 from interfaces.jderobot import Pose3DMotorsPrx
 from interfaces.nao import PoseHeadPrx
+from interfaces.nao import SightPrx
 
 # <libraries>
 from interfaces.jderobot import Pose3DMotorsData
 import math
-import cv2
-import numpy as np
 # </libraries>
 
 
@@ -43,7 +41,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     LeftShoulderEncoders = Proxy("LeftShoulderEncoders", Pose3DEncodersPrx)
     LeftElbowMotors = Proxy("LeftElbowMotors", Pose3DMotorsPrx)
     LeftElbowEncoders = Proxy("LeftElbowEncoders", Pose3DEncodersPrx)
-    Camera = Proxy("Camera", CameraPrx)
+    Sight = Proxy("Sight", SightPrx)
     Head = Proxy("Head", PoseHeadPrx)
 
     # <functions 1>
@@ -75,50 +73,17 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     # </functions 1>
 
     # <functions 3>
-    def find_ball(self, color, known=None):
-        """Return where a ball is in pixels from the image center, right and down, and its radius; None without one."""
-        sample = self.Camera.getImageData.latest()
-        if sample is not None and sample.age < 1.0:
-            image = sample.value
-        else:  # no stream (yet): the call brings an image, or says why there is none
-            image = self.Camera.getImageData("RGB8")
-        width, height = image.description.width, image.description.height
-        self.image_width = width
-        pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
-        hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-        hues = {"red": [(0, 8), (172, 180)], "green": [(40, 80)]}[color]
-        mask = sum(cv2.inRange(hsv, (low, 120, 50), (high, 255, 255)) for low, high in hues)
-        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))  # noise makes holes
-        balls = []
-        for region in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]:
-            (u, v), radius = cv2.minEnclosingCircle(region)
-            right, down = u - (width - 1) / 2, v - (height - 1) / 2
-            circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), int(radius), 255, -1)
-            is_round = cv2.countNonZero(mask & circle) > 0.85 * cv2.countNonZero(circle)  # a box fills less
-            if radius > 0.01 * width and (is_round or self.is_part(right, down, radius, known)):  # no speck
-                size = radius if is_round else float(known[2])
-                balls.append((is_round, size - 0.05 * math.hypot(right, down), right, down, size))
-        if not balls:
-            return None
-        *_, x, y, largest = max(balls)  # the largest round one; of two alike, the one that it looks at
-        self.mark("Camera", x + (width - 1) / 2, y + (height - 1) / 2, f"{color} ball")
-        return x, y, largest
+    def find_ball(self, color):
+        """Return the ball that is nearest to the middle of a picture; None without one, or without a new picture."""
+        sight, now = self.Sight.getSight.latest(), self.Head.getPose().time
+        things = sight.value.things if sight else []
+        balls = [it for it in things if it.kind == "ball" and it.name == color and now - it.time < 0.4]
+        return min(balls, key=lambda ball: math.hypot(ball.left, ball.down), default=None)
 
-    def is_part(self, right, down, radius, known):
-        """Return whether something is where the known ball was, and no larger: a ball that is hidden in part."""
-        return known is not None and math.dist((right, down), known[:2]) < 4 * known[2] and radius < 1.2 * known[2]
-
-    def turn_towards(self, error_u, error_v):
-        """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
-        gain = 3.5  # rad/s of the neck for each rad of error
-        camera = self.camera()
-        self.Head.setSpeed(-gain * math.atan2(error_u, camera.fdistx), gain * math.atan2(error_v, camera.fdisty))
-
-    def camera(self):
-        """Return the camera's description, asked for again when its images have another size."""
-        if not hasattr(self, "camera_description") or self.camera_description.width != self.image_width:
-            self.camera_description = self.Camera.getCameraDescription()
-        return self.camera_description
+    def turn_towards(self, left, down):
+        """Turn the head at a speed in proportion to how far the ball is from the middle of the picture, in rad."""
+        gain = 3.5  # rad/s of the neck for each rad
+        self.Head.setSpeed(gain * left, gain * down)
 
     def sweep(self, corner):
         """Send the head to a corner of the search; return the next corner once it is there."""
@@ -210,40 +175,35 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         """Return the automaton of the states 'red' and 'green', from follow_ball.xml."""
         color: str = "green"  # input
         # <variables 3>
-        error_u = error_v = 0.0  # pixels from the image's center, right and down
-        ball_seen = False
-        lost_since = None
-        known = None  # the ball when it was seen last
+        left = down = 0.0  # rad from the middle of the picture to the ball
+        missed = 0  # cycles without a ball, one after the other
         corner = 0
         # </variables 3>
 
         def state_follow():
-            nonlocal ball_seen, error_u, error_v, known, lost_since
+            nonlocal down, left, missed
             # <code 3.1>
-            ball = self.find_ball(color, known)
-            ball_seen = ball is not None
-            if ball_seen:
-                known = ball
-                error_u, error_v, _ = ball
-                lost_since = None
-                self.turn_towards(error_u, error_v)
-            elif lost_since is None:
-                lost_since = self.clock.now()
+            ball = self.find_ball(color)
+            if ball is None:
+                missed += 1
+            else:
+                missed = 0
+                left, down = ball.left, ball.down
+                self.turn_towards(left, down)
             # </code 3.1>
 
         state_1 = State("follow", id=1, initial=True, code=state_follow)
 
         def state_search():
-            nonlocal ball_seen, corner
+            nonlocal corner
             # <code 3.2>
-            ball_seen = False
             corner = self.sweep(corner)
             # </code 3.2>
 
         state_2 = State("search", id=2, code=state_search)
 
         def guard_lost():
-            return lost_since is not None and self.clock.now() - lost_since > 0.5  # <trigger 3.1/>
+            return missed > 10  # <trigger 3.1/>
 
         transition_1 = Transition("lost", state_1, state_2, id=1, guard=guard_lost)
 
@@ -251,9 +211,9 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             return self.find_ball(color) is not None  # <trigger 3.2/>
 
         def fired_found():
-            nonlocal known, lost_since
+            nonlocal missed
             # <fired 3.2>
-            lost_since = known = None
+            missed = 0
             # </fired 3.2>
 
         transition_2 = Transition("found", state_2, state_1, id=2, guard=guard_found, code=fired_found)

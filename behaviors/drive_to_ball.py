@@ -18,16 +18,14 @@ from hfsm_runtime import (
     Transition,
     main,
 )
-from interfaces.jderobot import CameraPrx
 from interfaces.jderobot import EncodersPrx
 from interfaces.nao import PoseHeadPrx
+from interfaces.nao import SightPrx
 from interfaces.nao import WalkPrx
 
 # <libraries>
 import cmath
 import math
-import cv2
-import numpy as np
 from functools import cached_property
 from interfaces.nao import ActionStatus
 # </libraries>
@@ -38,46 +36,33 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
 
     near = Parameter(0.6, "How far from the ball it stops, in m")
 
-    Camera = Proxy("Camera", CameraPrx)
+    Sight = Proxy("Sight", SightPrx)
     Head = Proxy("Head", PoseHeadPrx)
     Walk = Proxy("Walk", WalkPrx)
     Encoders = Proxy("Encoders", EncodersPrx)
 
     # <functions 1>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
-    RADIUS = 0.05  # of the ball in m
 
     def find_ball(self):
-        """Return where the ball is, and turn the head to it, or None when it is out of sight."""
-        image = self.Camera.getImageData("RGB8")
-        width, height = image.description.width, image.description.height
-        pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
-        hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
-        orange = cv2.inRange(hsv, (4, 150, 60), (22, 255, 255))
-        regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for region in regions:
-            (u, v), radius = cv2.minEnclosingCircle(region)
-            if radius < 2.0 or cv2.contourArea(region) < 0.6 * math.pi * radius**2:
-                continue  # a speck, or not round
-            point = self.Camera.getFloorPoint(u, v, self.RADIUS)
-            expected = self.focal_length * self.RADIUS / point.distance
-            if 0.6 < radius / max(expected, 1e-6) < 1.5:  # as large as the ball is there
-                self.mark("Camera", u, v, "ball")
-                self.turn_towards(u - (width - 1) / 2, v - (height - 1) / 2)
-                here, facing = self.place()
-                return here + facing * complex(point.x, point.y)
-        return None
+        """Return the ball as the eyes see it now, and turn the head to it; None when it is out of sight."""
+        sight = self.Sight.getSight.latest()
+        things = sight.value.things if sight else []
+        balls = [it for it in things if it.kind == "ball" and it.name == "orange" and math.isfinite(it.x)]
+        new = [ball for ball in balls if self.age(ball) < 0.4]
+        seen = min(new, key=lambda ball: math.hypot(ball.left, ball.down), default=None)  # in the middle of a picture
+        if seen is not None:
+            self.Head.setSpeed(2.0 * seen.left, 2.0 * seen.down)
+        return seen
 
-    def turn_towards(self, error_u, error_v):
-        """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
-        gain = 2.0  # rad/s of the neck for each rad of error
-        focal = self.focal_length
-        self.Head.setSpeed(-gain * math.atan2(error_u, focal), gain * math.atan2(error_v, focal))
+    def age(self, seen):
+        """Return how long ago something was seen, in s: it grows when the eyes see nothing new."""
+        return self.Head.getPose().time - seen.time
 
-    @cached_property
-    def focal_length(self):
-        """The focal length of the camera in pixels."""
-        return self.Camera.getCameraDescription().fdistx
+    def place_of(self, seen):
+        """Return where on the floor the ball is that is seen."""
+        here, facing = self.place()
+        return here + facing * complex(seen.x, seen.y)
 
     @cached_property
     def limits(self):
@@ -124,41 +109,42 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
         # <variables 1>
-        ball = goal = seen = None  # x + iy by the robot's odometry, in m
-        seen_at = 0.0
+        seen = found = None  # the ball as the eyes saw it last, and see it now
+        ball = goal = None  # where it is, and where to go: x + iy by the robot's odometry, in m
         corner = 0
         # </variables 1>
 
         def entry_search():
-            nonlocal ball, corner
+            nonlocal corner, seen
             # <entry 1.1>
             corner = 0
-            ball = None
+            seen = None
             # </entry 1.1>
 
         def state_search():
-            nonlocal ball, corner
+            nonlocal ball, corner, seen
             # <code 1.1>
-            ball = self.find_ball()
-            if ball is None:
+            seen = self.find_ball()
+            if seen is None:
                 corner = self.sweep(corner)
+            else:
+                ball = self.place_of(seen)
             # </code 1.1>
 
         state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
 
         def entry_go():
-            nonlocal goal, seen_at
+            nonlocal goal
             # <entry 1.2>
             goal = None
-            seen_at = self.clock.now()
             # </entry 1.2>
 
         def state_go():
-            nonlocal ball, goal, seen, seen_at
+            nonlocal ball, found, goal, seen
             # <code 1.2>
-            seen = self.find_ball()
-            if seen is not None:
-                ball, seen_at = seen, self.clock.now()
+            found = self.find_ball()
+            if found is not None:
+                seen, ball = found, self.place_of(found)
                 goal = self.go_to(ball, goal)
             # </code 1.2>
 
@@ -169,29 +155,23 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
 
         state_2 = State("go", id=2, entry=entry_go, code=state_go, exit=exit_go)
 
-        def entry_there():
-            nonlocal seen_at
-            # <entry 1.3>
-            seen_at = self.clock.now()
-            # </entry 1.3>
-
         def state_there():
-            nonlocal ball, seen, seen_at
+            nonlocal ball, found, seen
             # <code 1.3>
-            seen = self.find_ball()
-            if seen is not None:
-                ball, seen_at = seen, self.clock.now()
+            found = self.find_ball()
+            if found is not None:
+                seen, ball = found, self.place_of(found)
             # </code 1.3>
 
-        state_3 = State("there", id=3, entry=entry_there, code=state_there)
+        state_3 = State("there", id=3, code=state_there)
 
         def guard_found():
-            return ball is not None  # <trigger 1.1/>
+            return seen is not None  # <trigger 1.1/>
 
         transition_1 = Transition("found", state_1, state_2, id=1, guard=guard_found)
 
         def guard_lost():
-            return self.clock.now() - seen_at > 2.0  # <trigger 1.2/>
+            return self.age(seen) > 0.8  # <trigger 1.2/>
 
         transition_2 = Transition("lost", state_2, state_1, id=2, guard=guard_lost)
 
@@ -206,7 +186,7 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
         transition_4 = Transition("away", state_3, state_2, id=4, guard=guard_away)
 
         def guard_gone():
-            return self.clock.now() - seen_at > 2.0  # <trigger 1.5/>
+            return self.age(seen) > 0.8  # <trigger 1.5/>
 
         transition_5 = Transition("gone", state_3, state_1, id=5, guard=guard_gone)
 

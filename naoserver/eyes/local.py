@@ -8,7 +8,6 @@ from typing import Any, Final
 from naoserver.eyes._pictures import PictureEyes
 from naoserver.eyes.looks import read_looks
 from naoserver.serving._sight import SightI
-from zenoh_ice import Object
 
 
 class _Camera:
@@ -21,6 +20,6 @@ class _Camera:
         return lambda *arguments: getattr(self._servant, operation)(*arguments, None)
 
 
-def local_sight(cameras: Mapping[str, Any]) -> Object:
+def local_sight(cameras: Mapping[str, Any]) -> SightI:
     """Return a servant of `Sight` that sees the pictures of cameras, given as servants by their names."""
     return SightI(PictureEyes({name: _Camera(servant) for name, servant in cameras.items()}, read_looks()))

@@ -25,9 +25,8 @@ def test_it_turns_its_camera_to_the_ball(behavior: MakeBehavior, body: str) -> N
     b.advance(6.0)
     assert b.active == "follow"
     seen = b.variables("follow_ball")
-    assert seen["ball_seen"]
-    off = math.hypot(seen["error_u"], seen["error_v"]) / b.component.camera().fdistx
-    assert math.degrees(math.atan(off)) < 2.0
+    assert seen["missed"] == 0
+    assert math.degrees(math.hypot(seen["left"], seen["down"])) < 2.0
     assert not b.robot.state.fallen
 
 

@@ -31,9 +31,8 @@ ARMS = ("RightShoulder", "RightElbow", "LeftShoulder", "LeftElbow")
 def off_the_middle(b: Behavior, automaton: str) -> float:
     """Return how far from the picture's middle the ball is that is followed, in degrees."""
     seen = b.variables(automaton)
-    assert seen["ball_seen"]
-    focal = b.component.camera().fdistx
-    return math.degrees(math.atan(math.hypot(seen["error_u"], seen["error_v"]) / focal))
+    assert seen["missed"] == 0
+    return math.degrees(math.hypot(seen["left"], seen["down"]))
 
 
 @pytest.mark.parametrize("body", cases(["H25", "T1"], ["H21", "G1"]))
@@ -91,7 +90,6 @@ def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str)
     assert not b.robot.state.fallen
 
 
-@pytest.mark.gl
 @pytest.mark.parametrize(
     ("at", "body"),
     cases(
@@ -102,7 +100,7 @@ def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str)
 def test_it_goes_to_the_ball(behavior: MakeBehavior, at: str, body: str) -> None:
     soccer, place = load_world("soccer"), PLACES[at]
     world = replace(soccer, balls=(replace(soccer.balls[0], position=place),), robot=StartPose())
-    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world, camera="rendered")
+    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world)
     b.run_until("there", limit=60.0)
     b.advance(2.0)
     assert b.active == "there"
@@ -115,13 +113,29 @@ def test_it_goes_to_the_ball(behavior: MakeBehavior, at: str, body: str) -> None
     assert not b.robot.state.fallen
 
 
-@pytest.mark.gl
 @pytest.mark.parametrize("body", ["H25", "Cart"])
 def test_it_goes_after_a_ball_that_is_taken_away(behavior: MakeBehavior, body: str) -> None:
     soccer = load_world("soccer")
     world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.7, 0.0)),), robot=StartPose())
-    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world, camera="rendered")
+    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world)
     b.run_until("there", limit=20.0)
     b.robot.device.stage.place_object("Ball", (1.3, -0.4, 0.05))  # type: ignore[union-attr]
     b.run_until("go", limit=5.0)
     b.run_until("there", limit=40.0)
+
+
+@pytest.mark.parametrize("body", ["H25", "Cart"])
+def test_it_stops_within_a_second_when_its_eyes_see_nothing_new(behavior: MakeBehavior, body: str) -> None:
+    soccer = load_world("soccer")
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(2.0, 0.0)),), robot=StartPose())
+    b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world)
+    b.run_until("go", limit=5.0)
+    b.advance(1.0)
+    walker, died = present(b.robot.device.walker), b.time
+    assert walker.commanded().forward > 0.05
+    b.stub("Sight", getSight=b.component.Sight.getSight())
+    assert b.run_until("search", limit=2.0) <= died + 1.0
+    assert walker.commanded() == WalkVelocity()
+    b.advance(2.0)
+    assert b.active == "search", "the ball of an old picture is none that it finds"
+    assert walker.commanded() == WalkVelocity()

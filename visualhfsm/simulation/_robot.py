@@ -105,19 +105,20 @@ class RobotUnderTest:
         for identity, servant in self._assembly.servants.items():
             network.serve(identity, servant)
         if eyes == "pictures":
-            network.serve("Sight", self._sight_of_pictures())
+            self._serve_pictures(network)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
         self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()
         self.device.start()
 
-    def _sight_of_pictures(self) -> Object:
+    def _serve_pictures(self, network: VirtualNetwork) -> None:
         try:
             from naoserver.eyes.local import local_sight
         except ModuleNotFoundError as error:
             raise MissingPackageError("OpenCV", "vision") from error
         servants = self._assembly.servants
-        return local_sight({camera.name: servants[camera.name] for camera in self.device.body.cameras})
+        sight = local_sight({camera.name: servants[camera.name] for camera in self.device.body.cameras})
+        network.serve("Sight", sight, {"getSight": sight.stream.now})
 
     @property
     def joints(self) -> dict[str, float]:
