@@ -16,7 +16,7 @@ from naoserver.hardware.sim_bus import SimBus
 from tests.support.limits import MOVE_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT
-from tests.support.processes import STEADY, ComponentProcess, free_endpoint
+from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
 from tests.support.reader import commands_of
 from tests.support.waiting import until
 from visualhfsm._commands.new import new
@@ -36,17 +36,20 @@ def project(tmp_path: Path) -> Path:
 
 
 def test_the_behavior_of_the_paper_follows_the_ball_unchanged(project: Path) -> None:
-    pytest.importorskip("cv2", reason="the behavior sees with OpenCV")
+    pytest.importorskip("cv2", reason="nao eyes sees with OpenCV")
     endpoint = free_endpoint()
     environment = {**STEADY, "PYTHONPATH": str(ROOT), "VISUALHFSM_REALM": "bust"}
     serve = [sys.executable, "server.py", "--start", "stiffen", "--listen", endpoint]
+    see = module("nao_tools", "eyes", "--connect", endpoint)
     follow = [sys.executable, "-P", str(ROOT / "behaviors/follow_ball.py"), "--connect", endpoint]
     with ComponentProcess(serve, environment, project) as server:
         server.wait_for("^ready: realm bust, .*, bus simulated")
         with (
+            ComponentProcess(see, environment, project) as eyes,
             ComponentProcess(follow, environment, project),
             initialize(realm="bust", connect=[endpoint]) as communicator,
         ):
+            eyes.wait_for("^ready: Sight in realm bust, of Camera")
             head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
             distances = []
 

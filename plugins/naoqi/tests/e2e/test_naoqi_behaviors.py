@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-pytest.importorskip("cv2", reason="the behaviors need OpenCV: pip install 'visualhfsm[vision]'")
+pytest.importorskip("cv2", reason="nao eyes needs OpenCV: pip install 'visualhfsm[vision]'")
 
 from interfaces.jderobot import CameraPrx, ImageData
 from interfaces.nao import JointsPrx
@@ -40,7 +40,10 @@ def communicator(endpoint: str) -> Iterator[Communicator]:
 def test_follow_ball_turns_the_head_to_the_ball(endpoint: str, communicator: Communicator) -> None:
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
     assert not is_centered(camera.getImageData("RGB8"))
-    with ComponentProcess(module("behaviors.follow_ball", "--connect", endpoint)):
+    with (
+        ComponentProcess(module("nao_tools", "eyes", "--connect", endpoint)),
+        ComponentProcess(module("behaviors.follow_ball", "--connect", endpoint)),
+    ):
         wait_for(camera.getImageData, is_centered)
 
 
