@@ -283,7 +283,10 @@ class Execution(VirtualRun):
 
     @contextmanager
     def server_offline(self, *servants: str) -> Iterator[None]:
-        """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut."""
+        """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut.
+
+        Streams bring nothing meanwhile.
+        """
         self._journal.note(f"takes {', '.join(servants) or 'the server'} offline")
         try:
             with self.world.offline(*servants):

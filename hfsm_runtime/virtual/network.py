@@ -64,7 +64,7 @@ class VirtualNetwork:
         self.polls: Final[dict[str, Polls]] = {}
         """Functions of stubs that return the newest value of a stream, by identity and operation."""
         self.offline: set[str] = set()
-        """The identities of servants whose calls fail as over a cut link."""
+        """Identities of servants whose calls fail, and whose streams bring nothing, as over a cut link."""
         self.communicator: Final = _VirtualCommunicator(
             _SETTINGS,
             pool=Pool(0, "virtual"),
@@ -224,6 +224,7 @@ class _PolledInlet:
         operation: Operation[..., Any],
         queue: int,
     ) -> None:
+        self._network: Final = network
         self._clock: Final = network.clock
         self._queue: Final = queue
         self._polls: Final = network.polls
@@ -243,8 +244,18 @@ class _PolledInlet:
     def _stub(self) -> Callable[[], Any] | None:
         return self._polls.get(self._identity, {}).get(self._operation.name)
 
+    @property
+    def _is_offline(self) -> bool:
+        return self._identity in self._network.offline
+
     def poll(self) -> Arrived | None:
-        """Return the next sample; a stub has one for each moment, and none when it raises."""
+        """Return the next sample; a stub has one for each moment, and none when it raises.
+
+        What is sent while the servant is offline is lost.
+        """
+        if self._is_offline:
+            self._genuine.poll()
+            return None
         poll = self._stub
         if poll is None:
             sample: Arrived | None = self._genuine.poll()
@@ -280,7 +291,7 @@ class _PolledInlet:
             self._end_deliveries = self._clock.call_every(1.0 / (rate or _STUB_RATE), make)
         paced = None if rate is None else _PacedCallback(self._clock, call, rate, self._queue)
         take = paced or call
-        self._genuine.deliver(lambda sample: None if self._stub else take(sample))
+        self._genuine.deliver(lambda sample: None if self._stub or self._is_offline else take(sample))
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         """Advance the time until a function returns true; return whether it did."""

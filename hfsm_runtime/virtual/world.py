@@ -99,7 +99,10 @@ class VirtualWorld:
 
     @contextmanager
     def offline(self, *servants: str) -> Iterator[None]:
-        """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut."""
+        """Take some servants, or all, offline in a `with` block: calls fail as if the connection were cut.
+
+        Streams bring nothing meanwhile.
+        """
         network = self.network
         before = network.offline
         network.offline = before.union(servants or self.communicator.identities())

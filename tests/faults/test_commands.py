@@ -54,7 +54,7 @@ def test_ctrl_c_in_the_middle_of_start_up_is_clean(loaded: str, free_robot_endpo
 # Of each command a package that it imports at the beginning, and of one also what it imports late.
 LOADS = {
     "naoserver-sim": (module("naoserver_sim"), ("typer",)),
-    "behavior": (module("behaviors.follow_ball"), ("cv2", "zenoh")),
+    "behavior": (module("behaviors.follow_ball"), ("greenlet", "zenoh")),
     "ballmover": (module("ballmover", "green"), ("typer",)),
     "visualhfsm": (module("visualhfsm", "watch"), ("typer",)),
     "codegen": (module("codegen", "behaviors/dance.xml"), ("typer",)),

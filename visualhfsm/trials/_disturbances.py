@@ -13,7 +13,7 @@ from codegen.messages import Message
 from hfsm_runtime.component import proxies_of
 from hfsm_runtime.virtual.errors import UnknownName
 from naoserver.errors import InvalidCommand
-from zenoh_ice import Current
+from zenoh_ice import Clock, Current
 
 from ._errors import TrialsError
 from ._plan import CARRIED, Disturbance
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 _SHORTEST_LEG: Final = 0.01
 """Least time in s that a ball is carried to a place: a tick, even if it is there already."""
-_PICTURES: Final = "getImageData"
+_SHOWN: Final = "getImageData", "getSight"
+"""Operations that return a picture, or what eyes see in it."""
 
 
 class Disturbances:
@@ -117,13 +118,15 @@ class Disturbances:
         clock.call_at(clock.now() + seconds, action)
 
     def _delay_pictures(self) -> None:
-        """Let pictures pass through a queue, from which old ones come while they are late."""
+        """Let what cameras show pass through a queue, from which the old comes while it is late."""
         behavior = self._behavior
         for name, proxy in proxies_of(behavior.component).items():
-            camera = behavior.world.network.servant(proxy.identity)
-            if camera is not None and _PICTURES in camera.ice_interface.all_operations:
-                current = Current(proxy.identity, _PICTURES, "", 0.0, behavior.world.communicator)
-                behavior.stub(name, getImageData=_LatePictures(self, camera, current))
+            servant = behavior.world.network.servant(proxy.identity)
+            for shown in () if servant is None else _SHOWN:
+                if shown in servant.ice_interface.all_operations:
+                    current = Current(proxy.identity, shown, "", 0.0, behavior.world.communicator)
+                    show = partial(getattr(servant, shown), current=current)
+                    behavior.stub(name, **{shown: _Late(self, show, behavior.world.clock)})
 
 
 def _push(stage: Stage, newtons: float, direction: float, seconds: float) -> None:
@@ -163,18 +166,18 @@ class _Carrier:
             self._disturbances.later(max(seconds, _SHORTEST_LEG), self)
 
 
-class _LatePictures:
-    """A camera whose pictures arrive late: it returns the newest that was taken long enough ago."""
+class _Late:
+    """What a camera shows, late: the newest that it showed long enough ago."""
 
-    def __init__(self, disturbances: Disturbances, camera: Any, current: Current) -> None:  # noqa: ANN401
+    def __init__(self, disturbances: Disturbances, show: Callable[..., Any], clock: Clock) -> None:
         self._disturbances = disturbances
-        self._camera = camera
-        self._current = current
-        self._taken: deque[tuple[float, Any]] = deque()
+        self._show = show
+        self._clock = clock
+        self._shown: deque[tuple[float, Any]] = deque()
 
-    def __call__(self, *arguments: object) -> Any:  # noqa: ANN401 - a picture
-        now, delay = self._current.communicator.clock.now(), self._disturbances.delay
-        self._taken.append((now, self._camera.getImageData(*arguments, self._current)))
-        while len(self._taken) > 1 and self._taken[1][0] <= now - delay:
-            self._taken.popleft()
-        return self._taken[0][1]
+    def __call__(self, *arguments: object) -> Any:  # noqa: ANN401 - a picture, or what is in it
+        now, delay = self._clock.now(), self._disturbances.delay
+        self._shown.append((now, self._show(*arguments)))
+        while len(self._shown) > 1 and self._shown[1][0] <= now - delay:
+            self._shown.popleft()
+        return self._shown[0][1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from typing import cast
 
 import pytest
@@ -153,9 +154,13 @@ def frozen(b: Behavior) -> SightReading:
 def test_it_searches_within_a_second_when_its_eyes_see_nothing_new(b: Behavior, dead: bool) -> None:
     b.robot.ball("green").place(pan=0.4, distance=1.0, height=0.6)
     b.advance(2.0)
-    b.stub("Sight", getSight=RuntimeError("no lens") if dead else frozen(b))
-    assert b.run_until("search", limit=2.0) <= 3.0 + 1e-9
-    b.advance(3.0)
+    with ExitStack() as away:
+        if dead:
+            away.enter_context(b.server_offline("Sight"))
+        else:
+            b.stub("Sight", getSight=frozen(b))
+        assert b.run_until("search", limit=2.0) <= 3.0 + 1e-9
+        b.advance(3.0)
     assert b.active == "search", "the ball of an old picture is none that it finds"
     assert not b.errors
 

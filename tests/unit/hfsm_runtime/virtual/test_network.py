@@ -254,6 +254,22 @@ def test_a_servant_that_is_away_is_a_lost_connection(b) -> None:
     assert b.component.Head.getPose()
 
 
+def test_streams_of_a_servant_that_is_away_bring_nothing(b) -> None:
+    pose, times = b.component.Head.getPose, []
+    with pose.subscribe(lambda sample: times.append(sample.time)):
+        pose.latest()
+        b.advance(0.1)
+        before, heard = pose.latest(), len(times)
+        with b.server_offline("Head"):
+            b.advance(1.0)
+            assert pose.latest().sequence == before.sequence
+            assert pose.latest().age == pytest.approx(1.0, abs=0.021)
+            assert len(times) == heard > 0
+        b.advance(0.1)
+        assert pose.latest().age < 0.1
+        assert len(times) > heard
+
+
 def test_what_nobody_serves_does_not_exist(behavior: MakeBehavior) -> None:
     b = behavior(Nothing)
     with pytest.raises(ObjectNotExistException, match="robot= or stub"):
@@ -341,5 +357,5 @@ class TestStubs:
 
 def test_code_that_needs_what_nobody_serves_fails_the_test(behavior: MakeBehavior) -> None:
     b = behavior("behaviors/follow_ball.xml")
-    with pytest.raises(BehaviorFailed, match="there is no servant Camera"):
+    with pytest.raises(BehaviorFailed, match="there is no servant Head"):
         b.advance(0.1)

@@ -301,7 +301,7 @@ def test_a_thing_that_is_not_in_the_world_is_not_moved() -> None:
 
 
 def test_a_server_that_is_offline_is_back_later() -> None:
-    gone = {"gone": Disturbance(at=0.5, offline=("Camera",), seconds=0.4)}
+    gone = {"gone": Disturbance(at=0.5, offline=("Head",), seconds=0.4)}
     outcome = run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 1)
     assert outcome.success, outcome.error
 
@@ -314,9 +314,27 @@ def test_a_servant_that_there_is_not_cannot_be_offline() -> None:
         run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 1)
 
 
-def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path) -> None:
+PIXELS = """image = self.Camera.getImageData("RGB8")
+width, height = image.description.width, image.description.height
+pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3).astype(int)
+columns = np.nonzero(pixels[..., 1] - pixels[..., 0] > 100)[1]
+left = 0.5 - columns.mean() / width"""
+SEEN = """(left,) = [it.left for it in self.Sight.getSight().things if it.name == "green" and it.camera == "Camera"]"""
+STREAMED = SEEN.replace("getSight()", "getSight.wait().value")
+
+
+@pytest.mark.parametrize("look", [PIXELS, SEEN, STREAMED], ids=["pixels", "seen", "streamed"])
+def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path, look: str) -> None:
     # The ball jumps at 1.0 s; a robot that sees it 0.6 s late turns its head 0.6 s later.
-    (tmp_path / "follow_ball.xml").write_bytes(Path(FOLLOW).read_bytes())
+    code = f"{look}\nself.Head.setSpeed(left, 0.0)"
+    config = "".join(
+        f"<iceinterface><nameinterface>{name}</nameinterface><interface>{interface}</interface></iceinterface>"
+        for name, interface in (("Camera", "Camera"), ("Sight", "Sight"), ("Head", "PoseHead"))
+    )
+    (tmp_path / "turns.xml").write_text(
+        document(sub(1, 0, state(1, "turns", code, initial=True)), libraries=("numpy as np",), config=config),
+        "utf-8",
+    )
     (tmp_path / "judge.py").write_text(
         "def turned(run):\n"
         "    speeds = [c.time for c in run.calls('Head.setSpeed') if c.time > 1.0 and abs(c.pan) > 0.3]\n"
@@ -328,7 +346,7 @@ def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path) -> None
     seen = [
         run_trial(
             plan(
-                str(tmp_path / "follow_ball.xml"),
+                str(tmp_path / "turns.xml"),
                 robot="fake",
                 limit=3.0,
                 scene={"BallGreen.pan": 0.0, "BallGreen.distance": 1.0},
