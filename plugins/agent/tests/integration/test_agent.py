@@ -89,7 +89,7 @@ def test_the_third_experiment_is_drawn_judged_tried_and_run(
     call: AgentClient, root: Path, robot: ServedRobot
 ) -> None:
     servants = [
-        *("Camera", "Head"),
+        *("Sight", "Head"),
         *(
             f"{side}{part}{end}"
             for side in ("Left", "Right")
