@@ -301,7 +301,7 @@ def test_a_thing_that_is_not_in_the_world_is_not_moved() -> None:
 
 
 def test_a_server_that_is_offline_is_back_later() -> None:
-    gone = {"gone": Disturbance(at=0.5, offline=("Head",), seconds=0.4)}
+    gone = {"gone": Disturbance(at=0.5, offline=("Sight",), seconds=0.4)}
     outcome = run_trial(plan(FOLLOW, robot="fake", disturbances=gone), 1)
     assert outcome.success, outcome.error
 
