@@ -122,8 +122,8 @@ class Disturbances:
         behavior = self._behavior
         for name, proxy in proxies_of(behavior.component).items():
             servant = behavior.world.network.servant(proxy.identity)
-            for shown in () if servant is None else _SHOWN:
-                if shown in servant.ice_interface.all_operations:
+            for shown in _SHOWN:
+                if servant is not None and shown in servant.ice_interface.all_operations:
                     current = Current(proxy.identity, shown, "", 0.0, behavior.world.communicator)
                     show = partial(getattr(servant, shown), current=current)
                     behavior.stub(name, **{shown: _Late(self, show, behavior.world.clock)})
