@@ -92,6 +92,11 @@ def test_without_a_state_to_reach_it_says_what_success_is(tmp_path: Path) -> Non
 
 
 def test_a_trial_is_run_again_and_recorded_for_the_editor(folder: Path) -> None:
+    document = folder / "follow_ball.xml"
+    camera = "<iceinterface><nameinterface>Camera</nameinterface><interface>Camera</interface></iceinterface>"
+    text = document.read_text(encoding="utf-8").replace("<config>", f"<config>{camera}")
+    look = 'self.Camera.getImageData("RGB8")\nball = self.find_ball(color)'
+    document.write_text(text.replace("<code>ball = self.find_ball(color)", f"<code>{look}"), "utf-8")
     text = trials(folder, "follow_ball.xml", "--only", "4", "--record", "4.mcap")
     assert trials(folder, "follow_ball.xml", "--only", "4") in text.replace("Recorded in 4.mcap", "")
     run = open_recording(folder / "4.mcap")
@@ -136,7 +141,7 @@ def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
 def test_two_documents_are_compared_on_the_same_trials(ran: Path) -> None:
     folder = ran
     text = (folder / "follow_ball.xml").read_text(encoding="utf-8")
-    (folder / "slow.xml").write_text(text.replace("&gt; 0.5", "&gt; 1.5"), encoding="utf-8")
+    (folder / "slow.xml").write_text(text.replace("missed &gt; 10", "missed &gt; 30"), encoding="utf-8")
     shown = trials(folder, "follow_ball.xml", "slow.xml", "--workers", "1")
     assert re.search(r"0 gained, \d+ lost", shown)
     assert re.search(r"only follow_ball succeeds in \d+: ", shown)
@@ -146,7 +151,7 @@ def test_two_documents_are_compared_on_the_same_trials(ran: Path) -> None:
 def test_parameters_are_tuned_and_tried_on_fresh_trials(folder: Path) -> None:
     text = (folder / "follow_ball.xml").read_text(encoding="utf-8")
     declared = "<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>"
-    tunable = text.replace("&gt; 0.5", "&gt; self.patience").replace(
+    tunable = text.replace("missed &gt; 10", "missed &gt; 20 * self.patience").replace(
         "<SubAutomata", declared + "<SubAutomata", 1
     )
     (folder / "tunable.xml").write_text(tunable, encoding="utf-8")
