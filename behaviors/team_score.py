@@ -37,7 +37,7 @@ from naoserver.body import read_body
 from naoserver.errors import RobotError
 from visualhfsm_match.gaze import Gaze
 from visualhfsm_match.localization import Localizer
-from naoserver.soccer_field import Field
+from naoserver.served_field import field_of
 # </libraries>
 
 
@@ -186,7 +186,9 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     # <functions 3>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
-    COLOR, RADIUS = "orange", 0.05  # of the ball, in m
+    COLOR = "orange"  # of the ball
+    LARGEST = 0.15  # m, radius of the largest ball that is kicked: a larger one reaches to the knees, and is pushed
+    WALL = 0.35  # m from the middle of a robot to a wall, at least
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
@@ -197,7 +199,6 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     PATIENCE = 8.0, 12.0  # s for which it leaves a ball to another robot, and for which it does not then
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
-    FIELD = Field()  # that of the Standard Platform League
     oriented = looked = left = moved = -SURE  # when it looked to all sides, its head turned, it left for the next sweep, it moved
     sight = None, -SURE  # where it saw the ball last, and when
     others = ()  # when and where it saw other robots
@@ -205,6 +206,21 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
     aside = 0.0  # rad by which it is kicked past that robot
+
+    @cached_property
+    def FIELD(self):
+        """The field it plays on, as those who see say."""
+        return field_of(self.Sight.getField())
+
+    @cached_property
+    def RADIUS(self):
+        """Of the ball, in m."""
+        return self.FIELD.ball_radius
+
+    @cached_property
+    def pushes(self):
+        """Whether the ball is too large for a kick: then the robot walks on with it before its feet."""
+        return self.RADIUS > self.LARGEST
 
     @cached_property
     def localizer(self):
@@ -300,7 +316,20 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     def to_aim(self, ball, aside):
         """Return the direction from the ball to where to kick it, turned aside by some rad."""
         way = self.aim(ball) - ball
-        return way / abs(way) * cmath.rect(1.0, aside)
+        way = way / abs(way) * cmath.rect(1.0, aside)
+        behind = ball - (self.RADIUS + self.WALL) * way
+        if not self.FIELD.walled or self.within_walls(behind) == behind:
+            return way
+        if abs(behind.imag) > self.FIELD.width / 2 - self.WALL:  # along the wall, behind which nobody stands
+            return 1.0 + 0j
+        return 1j * math.copysign(1.0, -ball.imag * ball.real)  # to their goal, or away from the own one
+
+    def within_walls(self, place):
+        """Return the nearest place to one where a robot has room beside the walls, if there are any."""
+        if not self.FIELD.walled:
+            return place
+        long, wide = self.FIELD.length / 2 - self.WALL, self.FIELD.width / 2 - self.WALL
+        return complex(max(-long, min(long, place.real)), max(-wide, min(wide, place.imag)))
 
     def is_held_up(self, ball):
         """Return whether the ball lies where another robot stood in its way."""
@@ -335,7 +364,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         """Return whether another robot is at the ball, and nearer to it; but not for long."""
         now, mine = self.clock.now(), abs(self.beside(ball))
         near = min((abs(other - ball) for _, other in self.others), default=math.inf)
-        if near > self.APART or near > mine or now - self.judged > 0.5:
+        if near > self.APART + self.RADIUS - 0.05 or near > mine or now - self.judged > 0.5:
             self.yields = now
         self.judged = now
         waits, goes = self.PATIENCE
@@ -377,7 +406,14 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     @cached_property
     def is_blind(self):
         """Whether it sees no ball that lies where it can be kicked."""
-        return not any(self.gaze.sees(*kick.place, self.RADIUS) for kick in self.body.kicks.values())
+        return not any(self.gaze.sees(at.real, at.imag, self.RADIUS) for at in self.feet)
+
+    @cached_property
+    def feet(self):
+        """Where a ball lies for its kicks, or before its feet when it is to be pushed, x + iy in the robot's frame."""
+        if self.pushes:
+            return [complex(self.RADIUS + 0.25, 0.0)]
+        return [complex(*kick.place) for kick in self.body.kicks.values()]
 
     def first_corner(self, ball):
         """Return where a search begins, by where the ball was: perhaps before its feet, where it may not see it."""
@@ -409,7 +445,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     def choose_foot(self, ball):
         """Return where the ball is to be beside the robot: before the foot that is nearer."""
         left = ((self.place()[0] - ball) / self.to_goal(ball)).imag
-        return min((complex(*kick.place) for kick in self.body.kicks.values()), key=lambda at: abs(at.imag + left))
+        return min(self.feet, key=lambda at: abs(at.imag + left))
 
     def kick_for(self, ball):
         """Return the name of the kick for which the ball lies best."""
@@ -423,7 +459,11 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         behind = (here - ball) / goal  # where the robot is as the ball sees it, which looks to the goal
         near = foot.real  # for a robot of this size
         straight = behind.real < -0.6 * near and abs(behind.imag + foot.imag) < max(0.5 * near, -0.4 * behind.real)
-        if straight:
+        if straight and self.pushes:
+            # On with it, once it is right behind it; while it pushes it may be off by more.
+            aside = self.RADIUS * (0.5 if spot is not None and ((spot - ball) / goal).real > 0.0 else 0.25)
+            wanted = complex(near if abs(behind.imag) < aside else -1.4 * near, 0.0)
+        elif straight:
             # First to a place before it: fast feet would push the ball. And in `stand` it leans forward.
             wanted = -foot - (0.5 if behind.real < -1.8 * near else 0.12) * near
         elif behind.real < -1.2 * near:
@@ -434,7 +474,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         line = self.FIELD.length / 2
         if ball.real > line + 4.0 * self.RADIUS and abs(ball.imag) < self.FIELD.goal_width / 2:
             wanted = complex(line - 0.5, 0.0)  # it seems to be in the goal: from here that is sure
-        if spot is not None and abs(wanted - spot) < 0.18 * near:
+        wanted = self.within_walls(wanted)
+        if spot is not None and abs(wanted - spot) < 0.18 * near and not (self.pushes and self.is_standing()):
             return spot
         first = self.way_round(here, wanted, 2.0 * near)
         way = (first - here) / facing
@@ -938,7 +979,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_3 = Transition("lost", state_2, state_1, id=3, guard=guard_lost)
 
         def guard_there():
-            return spot is not None and (self.is_standing() or self.clock.now() - spot_at > 3.0 and abs(self.beside(spot)) < 0.05)  # <trigger 3.4/>
+            return spot is not None and not self.pushes and (self.is_standing() or self.clock.now() - spot_at > 3.0 and abs(self.beside(spot)) < 0.05)  # <trigger 3.4/>
 
         transition_4 = Transition("there", state_2, state_3, id=4, guard=guard_there)
 

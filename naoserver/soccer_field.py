@@ -45,6 +45,10 @@ class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     goal_height: Size = 0.8
     goal_depth: Size = 0.5
     grass: tuple[Share, Share, Share] = (0.18, 0.45, 0.20)
+    walled: bool = False
+    """Whether walls stand along the outline, so that the ball leaves it through a goal alone."""
+    ball_radius: Size = 0.05
+    """Of the ball that is played with; the file of a world says it with its first ball."""
 
     def lines(self) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
         """Yield the center and the half sides of each straight line in the quarter x >= 0, y >= 0.

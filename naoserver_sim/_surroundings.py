@@ -121,7 +121,8 @@ def add_movables(spec: mujoco.MjSpec, world: World) -> None:
         body = spec.worldbody.add_body(name=ball.name, pos=[*ball.position, ball.radius])
         body.add_freejoint(name=ball.name)
         kind, size = spec.find_default("ball"), [ball.radius, 0, 0]
-        body.add_geom(kind, type=sphere, size=size, rgba=[*ball.color, 1], mass=ball.mass)
+        geom = body.add_geom(kind, type=sphere, size=size, rgba=[*ball.color, 1], mass=ball.mass)
+        geom.friction[2], geom.solref = ball.rolling, ball.contact
     for box in world.boxes:
         if box.mass is not None:
             _add_box(spec, box)

@@ -35,6 +35,8 @@ Color = tuple[Share, Share, Share]
 Brightness = Annotated[float, Meta(ge=0.0, le=2.0)]
 Component = Annotated[float, Meta(ge=-1.0, le=1.0)]
 Height = Annotated[float, Meta(ge=0.1, le=50.0)]
+_Seconds = Annotated[float, Meta(ge=0.001, le=0.1)]
+_Damping = Annotated[float, Meta(ge=0.1, le=2.0)]
 Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}\Z")]
 
 
@@ -89,6 +91,13 @@ class LooseBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     color: Color = (0.95, 0.95, 0.95)
     radius: Size = 0.05
     mass: Mass = 0.044
+    rolling: Annotated[float, Meta(ge=0.0, le=0.1)] = 0.0025
+    """Rolling friction: by how many m what carries it acts before its middle."""
+    contact: tuple[Annotated[float, Meta(ge=0.001, le=0.1)], Annotated[float, Meta(ge=0.1, le=2.0)]] = (
+        0.005,
+        1.0,
+    )
+    """Time constant in s and damping ratio of what touches it: below 1 it bounces."""
 
 
 class Box(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -211,6 +220,9 @@ def parse_world(text: str, source: str) -> World:
         first = world.robots[0]
         start = StartPose(position=first.position, heading=first.heading)
         world = msgspec.structs.replace(world, robot=start)
+    if world.field is not None and world.balls:
+        field = msgspec.structs.replace(world.field, ball_radius=world.balls[0].radius)
+        world = msgspec.structs.replace(world, field=field)
     names = (*world.names, *(robot.name for robot in world.robots))
     for name in names:
         if names.count(name) > 1:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from zenoh_ice import generated as ice
 
-__all__ = ["SeenThing", "SeenThings", "Sight", "SightPrx", "SightReading"]
+__all__ = ["SeenThing", "SeenThings", "Sight", "SightPrx", "SightReading", "SoccerField"]
 
 
 class SeenThing(ice.Struct):
@@ -54,7 +54,36 @@ class SightReading(ice.Struct):
     """What the newest picture of each camera shows, the most certain first of each kind."""
 
 
-class SightPrx(ice.ObjectPrx, id="::nao::Sight", fingerprint="074ba488594ec605"):
+class SoccerField(ice.Struct):
+    """A soccer field, and its ball: lengths in m. Its frame has the origin at the center; x points to the
+    opponents' goal, y to the left of that.
+    """
+
+    length: float = 0.0
+    """From goal line to goal line, and from touch line to touch line: between the middles of the lines."""
+    width: float = 0.0
+    line: float = 0.0
+    """Of the lines."""
+    border: float = 0.0
+    """Of grass round the lines."""
+    circleDiameter: float = 0.0
+    penaltyAreaDepth: float = 0.0
+    """Depth along x, width along y."""
+    penaltyAreaWidth: float = 0.0
+    goalAreaDepth: float = 0.0
+    goalAreaWidth: float = 0.0
+    penaltyMark: float = 0.0
+    """From the penalty mark to the goal line."""
+    goalWidth: float = 0.0
+    """Between the posts, below the bar, and behind the line."""
+    goalHeight: float = 0.0
+    goalDepth: float = 0.0
+    ballRadius: float = 0.0
+    walled: bool = False
+    """Whether walls stand along the outer lines."""
+
+
+class SightPrx(ice.ObjectPrx, id="::nao::Sight", fingerprint="ab1714e2770fbc94"):
     """Report what the cameras show. A simulation and a fake robot serve it: they know that, and need no
     picture for it.
     """
@@ -62,6 +91,12 @@ class SightPrx(ice.ObjectPrx, id="::nao::Sight", fingerprint="074ba488594ec605")
     @ice.stream(idempotent=True)
     def getSight(self) -> SightReading:
         """Return what is seen now."""
+
+    @ice.operation(idempotent=True)
+    def getField(self) -> SoccerField:
+        """Return the soccer field that is looked for: that of the Standard Platform League where no other is
+        known.
+        """
 
 
 class Sight(ice.Object, proxy=SightPrx):
@@ -71,6 +106,8 @@ class Sight(ice.Object, proxy=SightPrx):
 
     @ice.abstractmethod
     def getSight(self, current: ice.Current) -> SightReading: ...
+    @ice.abstractmethod
+    def getField(self, current: ice.Current) -> SoccerField: ...
 
 
 SeenThings = list[SeenThing]

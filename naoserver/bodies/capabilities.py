@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Literal, NamedTuple, Protocol, runtime_checkable
 
+from naoserver.soccer_field import Field
+
 Vector = tuple[float, float, float]
 
 
@@ -265,6 +267,10 @@ class Eyes(Protocol):
 
     def look(self) -> SightReading:
         """Return what is seen now; the same reading until there would be another picture."""
+
+    @property
+    def field(self) -> Field:
+        """The soccer field that they look for, by default that of the Standard Platform League."""
 
 
 Color = tuple[float, float, float]

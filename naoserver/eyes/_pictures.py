@@ -41,6 +41,7 @@ class PictureEyes:
     def __init__(self, cameras: Mapping[str, PictureCamera], looks: Looks) -> None:
         self._cameras: Final = cameras
         self._looks: Final = looks
+        self.field: Final = looks.soccer
         self._lock: Final = threading.Lock()
         self._seen: dict[str, SightReading] = {}
         self._failed: dict[str, str] = {}

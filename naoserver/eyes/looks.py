@@ -8,6 +8,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from naoserver.soccer_field import Field
 from zenoh_ice import ZenohIceError
 from zenoh_ice.data.toml_file import parse_toml, read_text
 
@@ -65,6 +66,8 @@ class Looks(_Table, frozen=True):
     field: FieldLooks
     robots: RobotLooks
     tags: TagLooks
+    soccer: Field = Field()
+    """The soccer field on which they are, whose ball is orange."""
 
     def __post_init__(self) -> None:
         for name in (*self.balls, *self.robots.shirts):

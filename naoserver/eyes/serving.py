@@ -20,6 +20,7 @@ from naoserver.bodies.capabilities import SightReading
 from naoserver.eyes._pictures import PictureEyes
 from naoserver.eyes.looks import EyesError, Looks
 from naoserver.serving._sight import SightI
+from naoserver.soccer_field import Field
 from zenoh_ice import (
     Communicator,
     ConnectionLostException,
@@ -59,6 +60,9 @@ class _Newest:
 
     reading = SightReading(0.0)
 
+    def __init__(self, field: Field) -> None:
+        self.field: Final = field
+
     def look(self) -> SightReading:
         """Return it."""
         return self.reading
@@ -77,7 +81,7 @@ def serve_eyes(settings: Settings, looks: Looks, *, rate: float, wait: float) ->
     ):
         cameras = patience.until_served(partial(_cameras, communicator))
         adapter = communicator.createObjectAdapter("Eyes")
-        newest = _Newest()
+        newest = _Newest(looks.soccer)
         servant = SightI(newest)
         adapter.add(servant, IDENTITY)
         adapter.activate()

@@ -26,6 +26,7 @@ from naoserver.errors import HardwareFailure
 from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, TimedVoice
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.protocol.robot import BodyState, Frame, JointReading
+from naoserver.soccer_field import Field
 from zenoh_ice import Clock, WallClock
 from zenoh_ice.data.text import sentence
 
@@ -108,6 +109,8 @@ def view(
 
 class FakeEyes:
     """See the balls that the cameras of a fake robot show. Implements Eyes."""
+
+    field: Final = Field()
 
     def __init__(self, robot: FakeRobot) -> None:
         self._robot = robot

@@ -6,6 +6,7 @@ from typing import Final
 
 from interfaces import nao
 from naoserver.bodies.capabilities import Eyes, SeenThing, SightReading
+from naoserver.served_field import said_of
 from naoserver.serving._shared import StateStream
 from zenoh_ice import Current
 
@@ -15,9 +16,13 @@ class SightI(nao.Sight):
 
     def __init__(self, eyes: Eyes) -> None:
         self.stream: Final = StateStream(eyes.look, self.getSightPublisher, _sight)
+        self._field: Final = said_of(eyes.field)
 
     def getSight(self, current: Current) -> nao.SightReading:
         return self.stream.now()
+
+    def getField(self, current: Current) -> nao.SoccerField:
+        return self._field
 
 
 def _sight(reading: SightReading) -> nao.SightReading:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from naoserver.bodies.capabilities import SeenThing, SightReading
 from naoserver.bodies.parts import CameraFacts, Sight
 from naoserver.bodies.sight import CameraPlace, Thing
+from naoserver.soccer_field import Field
 from naoserver_sim._motors import Array
 from naoserver_sim._senses._targets import Target, fixed_targets, moving_targets
 from naoserver_sim._simulator import Simulator, Snapshot
@@ -60,6 +61,7 @@ class SimulatedEyes:
         self._seed: Final = int(np.random.SeedSequence(seed).generate_state(1)[0])
         lean = np.random.default_rng(self._seed).normal(0.0, self._facts.lean, 2)
         self._lean: Final[Array] = np.array((*lean, 0.0))
+        self.field: Final = model.world.field or Field()
         self._lock: Final = threading.Lock()
         self._scene: _Scene | None = None
         self._newest = SightReading(-math.inf)

@@ -23,6 +23,7 @@ from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.medium import Membership
+from naoserver.soccer_field import Field
 from naoserver_sim.named_body import named_body
 from visualhfsm._base.errors import MissingPackageError
 from zenoh_ice import Object, WallClock
@@ -116,8 +117,9 @@ class RobotUnderTest:
             from naoserver.eyes.local import local_sight
         except ModuleNotFoundError as error:
             raise MissingPackageError("OpenCV", "vision") from error
-        servants = self._assembly.servants
-        sight = local_sight({camera.name: servants[camera.name] for camera in self.device.body.cameras})
+        servants, eyes = self._assembly.servants, self.device.eyes
+        cameras = {camera.name: servants[camera.name] for camera in self.device.body.cameras}
+        sight = local_sight(cameras, eyes.field if eyes else Field())
         network.serve("Sight", sight, {"getSight": sight.stream.now})
 
     @property

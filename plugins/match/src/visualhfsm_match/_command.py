@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from naoserver.bodies import DEFAULT_BODY
 from visualhfsm.plugins import examples
 from visualhfsm.simulation import EyesKind
-from visualhfsm_match._rules import RULES, load_rules
+from visualhfsm_match._rules import DEFAULT_FORMAT, load_format
 from zenoh_ice.application.cli import unwind_on_signals
 
 if TYPE_CHECKING:
@@ -29,22 +28,34 @@ _BEGIN: Final = 120.0
 match: Final = typer.Typer(add_completion=False)
 tournament: Final = typer.Typer(add_completion=False)
 
-_Players = Annotated[int, typer.Option(metavar="N", min=1, max=4, help="Robots of each team.")]
-_Minutes = Annotated[float, typer.Option(metavar="N", min=0.1, max=90.0, help="How long a match lasts.")]
+_OF_FORMAT: Final = "that of the format"
+_Format = Annotated[
+    str, typer.Option("--format", metavar="NAME", help="What is played: robocup, league, or a TOML file.")
+]
+_Players = Annotated[
+    int | None,
+    typer.Option(metavar="N", min=1, max=4, help="Robots of each team.", show_default=_OF_FORMAT),
+]
+_Minutes = Annotated[
+    float | None,
+    typer.Option(metavar="N", min=0.1, max=90.0, help="How long a match lasts.", show_default=_OF_FORMAT),
+]
 _Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Seed of all that is drawn.")]
-_Body = Annotated[str, typer.Option(metavar="NAME", help="The robots, such as T1.")]
+_Body = Annotated[
+    str | None, typer.Option(metavar="NAME", help="The robots, such as T1.", show_default=_OF_FORMAT)
+]
 _Eyes = Annotated[
     EyesKind, typer.Option(help="What robots see: what the simulation knows, or pictures, by OpenCV.")
 ]
 _Noise = Annotated[bool, typer.Option("--noise", help="Senses, pictures and gears as of real robots.")]
 _Rules = Annotated[
-    Path,
+    Path | None,
     typer.Option(
         metavar="TOML",
         exists=True,
         dir_okay=False,
         help="Other figures of the rules.",
-        show_default="its own",
+        show_default=_OF_FORMAT,
     ),
 ]
 
@@ -59,6 +70,7 @@ _Unsafe = Annotated[
     epilog=examples(
         "match red.xml blue.xml",
         "match red.xml blue.xml --players 2 --minutes 4 --seed 3",
+        "match red.xml blue.xml --format league",
         "match red.xml blue.xml --watch",
         notes="Exit codes: 0 played, 1 an error, 2 wrong usage, 130 Ctrl-C.",
     ),
@@ -67,13 +79,14 @@ def play(
     first: Annotated[Path, typer.Argument(metavar="RED", exists=True, dir_okay=False, help="A document.")],
     second: Annotated[Path, typer.Argument(metavar="BLUE", exists=True, dir_okay=False, help="Another one.")],
     *,
-    players: _Players = 2,
-    minutes: _Minutes = 4.0,
+    format: _Format = DEFAULT_FORMAT,
+    players: _Players = None,
+    minutes: _Minutes = None,
     seed: _Seed = 1,
-    body: _Body = DEFAULT_BODY,
+    body: _Body = None,
     noise: _Noise = False,
     eyes: _Eyes = "truth",
-    rules: _Rules = RULES,
+    rules: _Rules = None,
     unsafe: _Unsafe = False,
     report: Annotated[
         Path, typer.Option(metavar="HTML", dir_okay=False, help="The page of the match, in 3D.")
@@ -95,7 +108,7 @@ def play(
     from visualhfsm_match._series import Match, Matches, pack, team_names
 
     check_place(report)
-    plan = _plan(players, minutes, seed, body, rules, noise=noise, eyes=eyes)
+    plan = _plan(format, rules, players, minutes, body, seed=seed, noise=noise, eyes=eyes)
     _require_sandbox(unsafe=unsafe)
     archive, documents = pack([first.resolve(), second.resolve()])
     plan = _between(plan, documents, team_names([first, second]))
@@ -125,16 +138,17 @@ def play_tournament(
         Path, typer.Argument(metavar="FOLDER", exists=True, file_okay=False, help="Documents.")
     ],
     *,
-    players: _Players = 2,
-    minutes: _Minutes = 4.0,
+    format: _Format = DEFAULT_FORMAT,
+    players: _Players = None,
+    minutes: _Minutes = None,
     matches: Annotated[
         int, typer.Option(metavar="N", min=1, max=100, help="Matches of each two, sides change.")
     ] = 2,
     seed: _Seed = 1,
-    body: _Body = DEFAULT_BODY,
+    body: _Body = None,
     noise: _Noise = False,
     eyes: _Eyes = "truth",
-    rules: _Rules = RULES,
+    rules: _Rules = None,
     workers: Annotated[
         int | None,
         typer.Option(metavar="N", min=1, max=1000, help="Matches at a time.", show_default="one a processor"),
@@ -174,7 +188,7 @@ def play_tournament(
             "{file} is there: --again replaces it and what is beside it, --out DIR keeps it",
             file=str(min(there)),
         )
-    plan = _plan(players, minutes, seed, body, rules, noise=noise, eyes=eyes)
+    plan = _plan(format, rules, players, minutes, body, seed=seed, noise=noise, eyes=eyes)
     if cluster is None:
         _require_sandbox(unsafe=unsafe)
     archive, documents = pack(found)
@@ -253,17 +267,32 @@ def _require_sandbox(*, unsafe: bool) -> None:
 
 
 def _plan(
-    players: int, minutes: float, seed: int, body: str, rules: Path, *, noise: bool, eyes: EyesKind
+    name: str,
+    rules: Path | None,
+    players: int | None,
+    minutes: float | None,
+    body: str | None,
+    *,
+    seed: int,
+    noise: bool,
+    eyes: EyesKind,
 ) -> Plan:
-    """Return the plan of a match whose documents are not known yet. Raises MatchError."""
+    """Return the plan of a match in a format whose documents are not known yet. Raises MatchError."""
+    from naoserver.errors import RobotError
+    from naoserver_sim.world import load_world
     from visualhfsm_match._errors import MatchError
     from visualhfsm_match._match import Plan
 
-    judged = load_rules(rules)
+    played, judged = load_format(name, rules)
+    players, minutes = players or played.players, minutes or played.minutes
+    try:
+        world = load_world(played.world)
+    except RobotError as error:
+        raise MatchError.of(str(error)) from error
     if judged.most_players < players:
         raise MatchError.because(
             "{rules}: there are {count} places for --players {players}: add some, or play with fewer",
-            rules=str(rules),
+            rules=str(rules or name),
             count=judged.most_players,
             players=players,
         )
@@ -272,7 +301,8 @@ def _plan(
         seconds=60.0 * minutes,
         seed=seed,
         rules=judged,
-        body=body,
+        world=world,
+        body=body or played.body,
         noise=noise,
         eyes=eyes,
         patience=_BEGIN + _PATIENCE * 60.0 * minutes,

@@ -16,8 +16,8 @@ from naoserver.serving.entrances import Entrance, Served
 from naoserver.soccer_field import Field
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._places import Places, sight_of
-from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Put, Referee
-from visualhfsm_match._rules import RULES, load_rules
+from visualhfsm_match._referee import BALL, PERIOD, Put, Referee
+from visualhfsm_match._rules import DEFAULT_FORMAT, load_format
 from visualhfsm_match._servant import IDENTITY, RefereeI
 
 _LOOK: Final = 0.01
@@ -32,7 +32,7 @@ class _Match:
     def __init__(self, robots: Sequence[Served], field: Field | None, options: Mapping[str, Any]) -> None:
         self._robots: Final = {each.robot.name: each for each in robots}
         try:
-            rules = load_rules(options["rules"])
+            _, rules = load_format(options["format"], options["rules"])
         except MatchError as error:
             raise RobotError(str(error)) from error
         teams = _teams(robots)
@@ -65,7 +65,7 @@ class _Match:
         first = next(iter(self._robots.values()))
         assert first.robot.stage is not None
         if not put.name:
-            first.robot.stage.place_object(BALL, (put.x, put.y, BALL_RADIUS))
+            first.robot.stage.place_object(BALL, (put.x, put.y, self.referee.field.ball_radius))
             return
         robot, assembly, *_ = self._robots[put.name]
         assert robot.stage is not None
@@ -116,9 +116,18 @@ ENTRANCE: Final = Entrance(
             ],
             None,
         ),
+        "format": (
+            Annotated[
+                str,
+                typer.Option(
+                    metavar="NAME", help="With --referee: by the rules of a format."
+                ),
+            ],
+            DEFAULT_FORMAT,
+        ),
         "rules": (
             Annotated[
-                Path,
+                Path | None,
                 typer.Option(
                     metavar="TOML",
                     exists=True,
@@ -127,7 +136,7 @@ ENTRANCE: Final = Entrance(
                     show_default="its own",
                 ),
             ],
-            RULES,
+            None,
         ),
     },
     serve_world=_serve,

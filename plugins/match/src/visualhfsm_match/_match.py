@@ -16,7 +16,7 @@ from naoserver.bodies import find_body
 from naoserver.errors import RobotError
 from naoserver.soccer_field import Field
 from naoserver_sim.arena import Arena
-from naoserver_sim.world import RobotPlace, World, load_world
+from naoserver_sim.world import RobotPlace, World
 from visualhfsm.plugins import Turns, VirtualMedium
 from visualhfsm.simulation import EyesKind
 from visualhfsm.trials import Sandbox
@@ -24,7 +24,7 @@ from visualhfsm_match._errors import MatchError
 from visualhfsm_match._film import Film
 from visualhfsm_match._places import Places, sight_of
 from visualhfsm_match._player import Player
-from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Event, Put, Referee
+from visualhfsm_match._referee import BALL, PERIOD, Event, Put, Referee
 from visualhfsm_match._rules import Rules
 from visualhfsm_match._tally import Counter, Tally
 from zenoh_ice.data.text import encodable, printable
@@ -48,6 +48,8 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float
     seed: int
     rules: Rules
+    world: World
+    """The pitch with its ball; the robots are those of the match."""
     body: str
     noise: bool = False
     eyes: EyesKind = "truth"
@@ -101,8 +103,7 @@ class _Match:
         self._names: Final = [name for each in names for name in each]
         self._spent: Final = dict.fromkeys(plan.teams, 0.0)
         """s by the wall in which code of each team has run."""
-        world = load_world("soccer")
-        self._field: Final = world.field or Field()
+        self._field: Final = plan.world.field or Field()
         self._referee: Final = Referee(
             plan.rules, self._field, dict(zip(plan.teams, names, strict=True)), plan.seconds, plan.seed % 2
         )
@@ -110,7 +111,7 @@ class _Match:
         self._referee.scatter(np.random.default_rng(plan.seed), _SCATTER)
         try:
             self._arena: Final = Arena(
-                self._world(world),
+                self._world(),
                 body=find_body(plan.body),
                 clock=self._turns.clock,
                 seed=plan.seed,
@@ -141,7 +142,7 @@ class _Match:
                 ends.callback(player.close)
             self._players.append(player)
 
-    def _world(self, world: World) -> World:
+    def _world(self) -> World:
         robots = tuple(
             RobotPlace(
                 name=name,
@@ -152,7 +153,7 @@ class _Match:
             )
             for name, player in self._referee.players.items()
         )
-        return msgspec.structs.replace(world, robots=robots)
+        return msgspec.structs.replace(self._plan.world, robots=robots)
 
     def play(self, film: Film) -> tuple[Result, Cost]:
         """Play to the end."""
@@ -203,7 +204,7 @@ class _Match:
     def _put(self, put: Put) -> None:
         """Put a robot, or the ball, somewhere. Raises InvalidCommand where there is no room."""
         if not put.name:
-            self._arena.place_object(BALL, (put.x, put.y, BALL_RADIUS))
+            self._arena.place_object(BALL, (put.x, put.y, self._field.ball_radius))
         elif (player := self._players[self._names.index(put.name)]) is not None:
             player.put(put)
 

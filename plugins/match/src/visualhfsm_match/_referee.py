@@ -20,11 +20,10 @@ from visualhfsm_match._rules import Rules
 PERIOD: Final = 0.1
 """s between two sights."""
 BALL: Final = "Ball"
-BALL_RADIUS: Final = 0.05
-_BESIDE: Final = 0.3
-"""m outside of the touch line at which a penalized robot waits."""
 _ROOM: Final = 0.45
-"""m around a place in which nobody else may be for a robot to be put there, or a ball."""
+"""m around a place in which nobody else may be for a robot to be put there."""
+_BALL_ROOM: Final = 0.4
+"""m from the hull of a ball to the middle of a robot, at least, where it is put."""
 _FASTER: Final = 0.1
 """m/s by which a ball gets faster that was touched."""
 _TWICE: Final = 2.0
@@ -163,6 +162,9 @@ class Referee:
         self.left = seconds
         """s until the end."""
         self._seconds: Final = seconds
+        self._beyond: Final = soccer.line / 2 + soccer.ball_radius if rules.whole_ball else 0.0
+        """m beyond the middle of a line at which the middle of a ball is out."""
+        self._room: Final = _BALL_ROOM + soccer.ball_radius
         self._counted: Final = dict.fromkeys(self.teams, 0)
         self.now = 0.0
         """The time in s of what was seen last."""
@@ -269,7 +271,7 @@ class Referee:
                 return
             yield from self._watch_robots(sight, passed)
             return
-        if math.dist(sight.ball, (0.0, 0.0)) > BALL_RADIUS:
+        if math.dist(sight.ball, (0.0, 0.0)) > self.field.ball_radius:
             yield Put("", 0.0, 0.0)
         if self.now >= self._until - 1e-9:
             yield from self._next_phase(sight)
@@ -330,14 +332,14 @@ class Referee:
         if math.dist(ball, self._rested[1]) > rules.still_distance:
             self._rested = self.now, ball
         if not self.ball_free:
-            self.ball_free = math.dist(ball, (0.0, 0.0)) > BALL_RADIUS or self.now >= self._until
+            self.ball_free = math.dist(ball, (0.0, 0.0)) > self.field.ball_radius or self.now >= self._until
 
     def _goal_or_out(self, sight: Sight) -> Iterator[Put]:
         """Judge a ball that has wholly crossed a line; nothing for one in play."""
         soccer, (x, y) = self.field, sight.ball
         if not self._is_out(sight.ball):
             return
-        end = soccer.length / 2 + soccer.line / 2 + BALL_RADIUS
+        end = soccer.length / 2 + self._beyond
         if abs(x) > end:
             attackers = self.teams[0] if x > 0 else self.teams[1]
             if abs(self._crossed_at(sight, math.copysign(end, x))) < soccer.goal_width / 2:
@@ -358,7 +360,7 @@ class Referee:
             yield from self._out(sight, spot, "kick-in", self.other(touched))
 
     def _is_out(self, ball: Point) -> bool:
-        margin = self.field.line / 2 + BALL_RADIUS
+        margin = self._beyond
         return abs(ball[0]) > self.field.length / 2 + margin or abs(ball[1]) > self.field.width / 2 + margin
 
     def _crossed_at(self, sight: Sight, line: float) -> float:
@@ -395,7 +397,7 @@ class Referee:
         for step in range(40):
             share = 1.0 - 0.05 * step
             place = x * share, y if abs(x) < self.field.length / 2 - 1e-9 else y * share
-            if all(math.dist(seen.at, place) > _ROOM for seen in sight.robots.values()):
+            if all(math.dist(seen.at, place) > self._room for seen in sight.robots.values()):
                 return place
         return spot
 
@@ -500,7 +502,8 @@ class Referee:
         """Return where a penalized robot waits: beside its own half, at the height of the penalty mark."""
         back = self.field.length / 2 - self.field.penalty_mark
         x = -back + 2 * _ROOM * player.number
-        return self.turned(player.team, min(x, -_ROOM), -self.field.width / 2 - _BESIDE, math.pi / 2)
+        aside = self.field.width / 2 + self.rules.beside
+        return self.turned(player.team, min(x, -_ROOM), -aside, math.pi / 2)
 
     def _place(self, player: Player, x: float, y: float, heading: float) -> Put:
         player.place, player.placed_at = Put(player.name, x, y, heading), self.now
