@@ -317,19 +317,25 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         """Return the direction from the ball to where to kick it, turned aside by some rad."""
         way = self.aim(ball) - ball
         way = way / abs(way) * cmath.rect(1.0, aside)
-        behind = ball - (self.RADIUS + self.WALL) * way
-        if not self.FIELD.walled or self.within_walls(behind) == behind:
-            return way
-        if abs(behind.imag) > self.FIELD.width / 2 - self.WALL:  # along the wall, behind which nobody stands
-            return 1.0 + 0j
-        return 1j * math.copysign(1.0, -ball.imag * ball.real)  # to their goal, or away from the own one
+        behind = ball - 1.2 * (self.RADIUS + self.WALL) * way
+        return way if self.within_walls(behind) == behind else self.along_wall(ball)
+
+    def along_wall(self, ball):
+        """Return the direction along the nearest wall, and against it: to their goal, or away from the own one."""
+        long, wide = self.FIELD.length / 2 - abs(ball.real), self.FIELD.width / 2 - abs(ball.imag)
+        corner = (long + wide - self.FIELD.corner) / math.sqrt(2.0)
+        _, turn = min((wide, 0.0), (long, math.pi / 2), (corner, math.pi / 4))
+        way = cmath.rect(1.0, 0.5 - math.copysign(turn, ball.real))
+        return way if ball.imag > 0.0 else way.conjugate()
 
     def within_walls(self, place):
-        """Return the nearest place to one where a robot has room beside the walls, if there are any."""
+        """Return a place near one where a robot has room beside the walls, if there are any."""
         if not self.FIELD.walled:
             return place
         long, wide = self.FIELD.length / 2 - self.WALL, self.FIELD.width / 2 - self.WALL
-        return complex(max(-long, min(long, place.real)), max(-wide, min(wide, place.imag)))
+        x, y = min(long, abs(place.real)), min(wide, abs(place.imag))
+        over = max(0.0, x + y - long - wide + self.FIELD.corner - 0.6 * self.WALL) / 2.0
+        return complex(math.copysign(x - over, place.real), math.copysign(y - over, place.imag))
 
     def is_held_up(self, ball):
         """Return whether the ball lies where another robot stood in its way."""
@@ -477,7 +483,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         wanted = self.within_walls(wanted)
         if spot is not None and abs(wanted - spot) < 0.18 * near and not (self.pushes and self.is_standing()):
             return spot
-        first = self.way_round(here, wanted, 2.0 * near)
+        first = self.way_round(here, wanted, self.WALL if self.pushes else 2.0 * near)
         way = (first - here) / facing
         self.Walk.walkTo(way.real, way.imag, cmath.phase(goal / facing if straight or abs(way) < 3.5 * near else way))
         return first

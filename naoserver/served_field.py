@@ -24,6 +24,7 @@ def said_of(field: Field) -> SoccerField:
         goalDepth=field.goal_depth,
         ballRadius=field.ball_radius,
         walled=field.walled,
+        corner=field.corner,
     )
 
 
@@ -43,4 +44,5 @@ def field_of(said: SoccerField) -> Field:
         goal_depth=said.goalDepth,
         ball_radius=said.ballRadius,
         walled=said.walled,
+        corner=said.corner,
     )

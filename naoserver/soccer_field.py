@@ -47,6 +47,8 @@ class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     grass: tuple[Share, Share, Share] = (0.18, 0.45, 0.20)
     walled: bool = False
     """Whether walls stand along the outline, so that the ball leaves it through a goal alone."""
+    corner: Annotated[float, Meta(ge=0.0, le=10.0)] = 0.0
+    """How much of each outer line a wall across the corner cuts off."""
     ball_radius: Size = 0.05
     """Of the ball that is played with; the file of a world says it with its first ball."""
 

@@ -81,9 +81,11 @@ class SoccerField(ice.Struct):
     ballRadius: float = 0.0
     walled: bool = False
     """Whether walls stand along the outer lines."""
+    corner: float = 0.0
+    """How much of each of these lines a wall across the corner cuts off."""
 
 
-class SightPrx(ice.ObjectPrx, id="::nao::Sight", fingerprint="ab1714e2770fbc94"):
+class SightPrx(ice.ObjectPrx, id="::nao::Sight", fingerprint="97e1749a96f5ab14"):
     """Report what the cameras show. A simulation and a fake robot serve it: they know that, and need no
     picture for it.
     """

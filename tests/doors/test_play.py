@@ -75,6 +75,7 @@ def test_a_role_goes_over_when_its_robot_is_stopped_and_when_its_server_is_kille
 @needs("visualhfsm_classes")
 @pytest.mark.promise("matches with a referee")
 def test_two_teams_that_stand_draw(tmp_path: Path) -> None:
+    from naoserver_sim.world import load_world
     from visualhfsm_match._match import Plan
     from visualhfsm_match._rules import load_rules
     from visualhfsm_match._series import Match, Matches, pack
@@ -90,6 +91,7 @@ def test_two_teams_that_stand_draw(tmp_path: Path) -> None:
         seconds=10.0,
         seed=3,
         rules=load_rules(),
+        world=load_world("soccer"),
         body="H25",
     )
     with closing(Matches()) as matches:

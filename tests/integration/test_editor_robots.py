@@ -285,7 +285,7 @@ def test_the_worlds_are_those_of_the_simulation() -> None:
     assert all(isinstance(world.description.to_data(), dict) for world in worlds.values()), (
         "known by templates"
     )
-    assert set(worlds) == {"balls", "empty", "match", "room", "soccer"}
+    assert set(worlds) == {"balls", "empty", "league", "match", "room", "soccer"}
     assert [name for name, world in worlds.items() if world.balls] == ["balls"]
     assert all(world.description for world in worlds.values())
 

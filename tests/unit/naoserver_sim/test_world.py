@@ -25,7 +25,7 @@ def test_world_that_comes_along_says_what_it_is(name):
 
 
 def test_worlds_that_come_along():
-    assert set(bundled_worlds()) == {"balls", "empty", "match", "room", "soccer"}
+    assert set(bundled_worlds()) == {"balls", "empty", "league", "match", "room", "soccer"}
 
 
 def test_world_is_read_from_a_file(tmp_path):

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from typer.testing import Result as Done
 
 from plugins.trials.tests.support.dask_cluster import DaskCluster
+from naoserver_sim.world import load_world
 from tests.support.documents import document, state, sub
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, module
@@ -72,6 +73,7 @@ def between(
         seconds=seconds,
         seed=seed,
         rules=load_rules(),
+        world=load_world("soccer"),
         body="H25",
     )
     return Match(plan, 1, archive, page=page)
