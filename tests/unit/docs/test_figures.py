@@ -127,7 +127,14 @@ def test_the_world_has_every_key_with_its_default():
 
 def test_all_worlds_that_come_along_are_listed():
     assert set(bundled_worlds()) == {"balls", "empty", "soccer", "match", "league", "room"}
-    assert re.findall(r"^\| `(\w+)` \|", WORLDS, flags=re.M) == ["balls", "empty", "soccer", "match", "league", "room"]
+    assert re.findall(r"^\| `(\w+)` \|", WORLDS, flags=re.M) == [
+        "balls",
+        "empty",
+        "soccer",
+        "match",
+        "league",
+        "room",
+    ]
 
 
 @pytest.mark.sim

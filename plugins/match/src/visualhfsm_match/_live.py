@@ -119,9 +119,7 @@ ENTRANCE: Final = Entrance(
         "format": (
             Annotated[
                 str,
-                typer.Option(
-                    metavar="NAME", help="With --referee: by the rules of a format."
-                ),
+                typer.Option(metavar="NAME", help="With --referee: by the rules of a format."),
             ],
             DEFAULT_FORMAT,
         ),

@@ -15,8 +15,8 @@ import pytest
 from typer.testing import CliRunner
 from typer.testing import Result as Done
 
-from plugins.trials.tests.support.dask_cluster import DaskCluster
 from naoserver_sim.world import load_world
+from plugins.trials.tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, module
