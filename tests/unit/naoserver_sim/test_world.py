@@ -66,7 +66,7 @@ def test_file_that_is_no_world_is_refused(tmp_path, content, times):
 
 def test_file_that_is_missing_is_reported_with_what_there_is():
     with pytest.raises(
-        RobotError, match=r"socer: cannot be read: No such file.*balls, empty, match, room, soccer"
+        RobotError, match=r"socer: cannot be read: No such file.*balls, empty, league, match, room, soccer"
     ):
         load_world("socer")
 

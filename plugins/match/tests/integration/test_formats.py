@@ -50,7 +50,9 @@ def test_a_format_is_known_by_its_name_or_its_file(tmp_path: Path) -> None:
     assert (played.world, played.body, played.players, played.minutes) == ("soccer", "H25", 2, 4.0)
     assert (DEFAULT_FORMAT, rules) == ("robocup", load_rules())
     own = tmp_path / "own.toml"
-    text = 'description = "x"\nworld = "soccer"\nbody = "T1"\nplayers = 1\nminutes = 2.0\n[rules]\nmercy = {}\n'
+    text = (
+        'description = "x"\nworld = "soccer"\nbody = "T1"\nplayers = 1\nminutes = 2.0\n[rules]\nmercy = {}\n'
+    )
     own.write_text(text.format(3))
     assert load_format(str(own)) == (replace(played, **vars_of(own)), replace(rules, mercy=3))
     own.write_text(text.format(0))
