@@ -35,7 +35,7 @@ from naoserver.body import read_body
 from naoserver.errors import RobotError
 from visualhfsm_match.gaze import Gaze
 from visualhfsm_match.localization import Localizer
-from naoserver.served_field import field_of
+from visualhfsm_match.field import field_of
 # </libraries>
 
 
@@ -80,7 +80,7 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     @cached_property
     def FIELD(self):
-        """The field it plays on, as those who see say."""
+        """The field it plays on, as its eyes say."""
         return field_of(self.Sight.getField())
 
     @cached_property

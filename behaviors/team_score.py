@@ -37,7 +37,7 @@ from naoserver.body import read_body
 from naoserver.errors import RobotError
 from visualhfsm_match.gaze import Gaze
 from visualhfsm_match.localization import Localizer
-from naoserver.served_field import field_of
+from visualhfsm_match.field import field_of
 # </libraries>
 
 
@@ -209,7 +209,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     @cached_property
     def FIELD(self):
-        """The field it plays on, as those who see say."""
+        """The field it plays on, as its eyes say."""
         return field_of(self.Sight.getField())
 
     @cached_property

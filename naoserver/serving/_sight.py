@@ -6,8 +6,8 @@ from typing import Final
 
 from interfaces import nao
 from naoserver.bodies.capabilities import Eyes, SeenThing, SightReading
-from naoserver.served_field import said_of
 from naoserver.serving._shared import StateStream
+from naoserver.soccer_field import Field
 from zenoh_ice import Current
 
 
@@ -16,13 +16,34 @@ class SightI(nao.Sight):
 
     def __init__(self, eyes: Eyes) -> None:
         self.stream: Final = StateStream(eyes.look, self.getSightPublisher, _sight)
-        self._field: Final = said_of(eyes.field)
+        self._field: Final = _field(eyes.field)
 
     def getSight(self, current: Current) -> nao.SightReading:
         return self.stream.now()
 
     def getField(self, current: Current) -> nao.SoccerField:
         return self._field
+
+
+def _field(field: Field) -> nao.SoccerField:
+    return nao.SoccerField(
+        length=field.length,
+        width=field.width,
+        line=field.line,
+        border=field.border,
+        circleDiameter=field.circle_diameter,
+        penaltyAreaDepth=field.penalty_area[0],
+        penaltyAreaWidth=field.penalty_area[1],
+        goalAreaDepth=field.goal_area[0],
+        goalAreaWidth=field.goal_area[1],
+        penaltyMark=field.penalty_mark,
+        goalWidth=field.goal_width,
+        goalHeight=field.goal_height,
+        goalDepth=field.goal_depth,
+        ballRadius=field.ball_radius,
+        walled=field.walled,
+        corner=field.corner,
+    )
 
 
 def _sight(reading: SightReading) -> nao.SightReading:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final
 
 from msgspec import Meta, Struct
 
+from naoserver.bodies import DEFAULT_BODY
 from visualhfsm_match._errors import MatchError
 from zenoh_ice.data.toml_file import convert, parse_toml, read_text
 
@@ -58,7 +59,7 @@ class Format(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     description: str
     world: str
     """The pitch with its ball: a world by its name, or its file."""
-    body: str
+    body: str = DEFAULT_BODY
     players: Annotated[int, Meta(ge=1, le=4)]
     """Robots of each team."""
     minutes: Annotated[float, Meta(ge=0.1, le=90.0)]

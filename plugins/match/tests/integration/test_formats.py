@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from naoserver.served_field import field_of
 from naoserver_sim.world import StartPose, World, load_world
 from tests.support.documents import document, state, sub
 from visualhfsm.testing import MakeBehavior
@@ -17,6 +16,7 @@ from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan
 from visualhfsm_match._rules import DEFAULT_FORMAT, formats, load_format, load_rules
 from visualhfsm_match._series import Match, Matches, pack
+from visualhfsm_match.field import field_of
 
 pytestmark = [pytest.mark.sim, pytest.mark.slow]
 
