@@ -12,6 +12,7 @@ from naoserver.eyes.looks import read_looks
 from naoserver.serving._sight import SightI
 from naoserver.soccer_field import Field
 
+_USUAL: Final = Field()
 _BALL: Final = "orange"
 """The color of the ball of a soccer field."""
 
@@ -26,7 +27,7 @@ class _Camera:
         return lambda *arguments: getattr(self._servant, operation)(*arguments, None)
 
 
-def local_sight(cameras: Mapping[str, Any], field: Field) -> SightI:
+def local_sight(cameras: Mapping[str, Any], field: Field = _USUAL) -> SightI:
     """Return a servant of `Sight` that sees the pictures of cameras, given as servants by their names.
 
     They are on a soccer field with its ball.
