@@ -189,6 +189,51 @@ def eyes(
     serve_eyes(settings, read_looks(looks), rate=rate, wait=server_wait)
 
 
+@_command(
+    "nao faults",
+    "nao faults LKneePitch",
+    "nao faults LKneePitch stuck",
+    "nao faults Camera late 0.5 --seconds 10",
+    "nao faults --heal",
+    # Negative numbers are not options.
+    context_settings={"ignore_unknown_options": True},
+)
+def faults(
+    *,
+    settings: Settings,
+    part: Annotated[str, _argument("PART", "A joint, a sensor, a camera, a link, or Robot.")] = "",
+    kind: Annotated[str, _argument("KIND", "How it is to fail, such as stuck.")] = "",
+    amount: Annotated[
+        float | None,
+        typer.Argument(metavar="AMOUNT", help="How much; as much as is usual if left out.", callback=finite),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(min=0.001, callback=finite, help="Robot seconds after which it works again."),
+    ] = None,
+    heal: Annotated[bool, typer.Option("--heal", help="Let PART work again, or all without it.")] = False,
+    json: _Json = False,
+) -> None:
+    """Let a part of a simulated or a fake robot fail, and list what fails and what can.
+
+    A real robot fails by itself, and does not serve this.
+    """
+    from nao_tools import _faults as commands
+
+    if part.startswith("--"):
+        raise typer.BadParameter(f"there is no option {part}")
+    if heal:
+        if kind or seconds is not None or json:
+            raise typer.BadParameter("--heal takes nothing but a PART")
+        commands.heal(settings, part)
+    elif kind:
+        commands.inject(settings, part, kind, amount, seconds, as_json=json)
+    elif seconds is not None:
+        raise typer.BadParameter("--seconds needs a PART and a KIND")
+    else:
+        commands.faults(settings, part, as_json=json)
+
+
 @_command("nao status", "nao status --all", "nao status --json | jq .robot.Battery.charge")
 def status(
     *,

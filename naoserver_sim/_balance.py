@@ -185,7 +185,8 @@ class SimulatedBalancer:
         qpos = self._simulator.data.qpos
         commanded = self._figure(self._robot.commanded(self._simulator.setpoints.setpoints, qpos))
         inertial = self._sensors.newest.inertial
-        measured = self._figure(self._sensors.encoded(qpos[self._joints]))
+        angles = self._simulator.newest().measured[self._joints]
+        measured = self._figure(self._sensors.encoded(angles))
         reference, carrying = self._carrying(support, commanded)
         if reference != self._reference:
             self._reference = reference

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import STILL, InertialReading, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
+from naoserver_sim._following import Following
 from naoserver_sim._motors import Array, SetpointController
 from naoserver_sim._simulator import Simulator
 from zenoh_ice.data.text import sentence
@@ -122,6 +123,7 @@ class Locomotion(ABC):
         self._velocity = STILL
         """The velocity that it follows; for the thread of the physics only."""
         self._headway = Headway()
+        self._following = Following(simulator, joints)
 
     @property
     @abstractmethod
@@ -176,6 +178,14 @@ class Locomotion(ABC):
             self._headway.begin()
         elif not self._headway.tick(seconds, velocity, now):
             self._end(STUCK)
+        self._check_following(seconds, velocity)
+
+    def _check_following(self, seconds: float, velocity: WalkVelocity) -> None:
+        """End a motion whose joints do not follow."""
+        if velocity == STILL:
+            self._following.begin()
+        elif joint := self._following.tick(seconds):
+            self._end(sentence(f"{joint} does not follow its commands"))
 
     def _end(self, why: str) -> None:
         """Follow no command any more."""

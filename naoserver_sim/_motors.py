@@ -128,7 +128,10 @@ class Motors:
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         """The limp motors."""
-        self._stuck = np.zeros(mj.nu, dtype=bool)  # those of them that follow no commands with gains
+        self._stuck = np.zeros(mj.nu, dtype=bool)  # those without torque that follow no commands with gains
+        self._sticks = False  # whether there are any
+        self._powers = np.ones(mj.nu)
+        self._hot = np.full(mj.nu, np.nan)
         self.follows: NDArray[np.bool_] = np.zeros(mj.nu, dtype=bool)
         """True for each motor that follows commands with gains."""
         self.following: NDArray[np.intp] = self.limp
@@ -191,9 +194,19 @@ class Motors:
             torques = np.minimum(np.maximum(loads + braking * (allowed - speeds), -most), most)
             self.ranges[motors, column] = torques
 
+    def fail(self, powers: Array, hot: Array) -> None:
+        """Let each motor give a share of its torque; keep some at a temperature, those that are not nan."""
+        self._powers, self._hot = powers, hot
+        self._burn()
+        self._sort()
+        self._apply()
+
+    def _burn(self) -> None:
+        self.temperatures = np.where(np.isnan(self._hot), self.temperatures, self._hot)
+
     def stick(self, lengths: Array, out: Array) -> None:
         """Fill `out` with where limp gears stuck, while the joints of all motors are at `lengths`."""
-        if self.limp.size:
+        if self._sticks:
             places, most = self._places, self._yielding
             np.clip(places, lengths - most, lengths + most, out=places)
             np.copyto(out, places, where=self._stuck)
@@ -205,13 +218,15 @@ class Motors:
     def _sort(self) -> None:
         self.following = np.flatnonzero(self.follows)
         limp = self.stiffnesses == 0.0
-        self._stuck = limp & ~self.follows
+        self._stuck = (limp | (self._powers == 0.0)) & ~self.follows
+        self._sticks = bool(self._stuck.any())
         self.limp = np.flatnonzero(limp)
         self.loose = np.union1d(self.following, self.limp)
 
     def cool(self) -> None:
         """Give every motor the temperature of the air."""
         self.temperatures = np.full_like(self.temperatures, AMBIENT)
+        self._burn()
 
     def tick(self, seconds: float, torques: Array) -> None:
         """Advance by some seconds, during which the motors gave `torques` in N m."""
@@ -235,6 +250,7 @@ class Motors:
             AMBIENT - self.temperatures
         )
         self.temperatures = self.temperatures + warmer / _TIME_CONSTANT
+        self._burn()
         self._squares[:] = self._warmed = self._ticks = 0
         if self._derated or np.count_nonzero(self.temperatures > heat.hot):
             self._apply()
@@ -248,7 +264,7 @@ class Motors:
         strengths = np.where(stuck, 1.0, self.stiffnesses)
         self.gains[obeying, 0] = (self._gains * strengths)[obeying]
         self.biases[obeying, 1:3] = (self._biases * strengths[:, None])[obeying]
-        self.ranges[:] = self._forces * (self.stiffnesses * cool)[:, None]
+        self.ranges[:] = self._forces * (self.stiffnesses * cool * self._powers)[:, None]
         self.ranges[stuck] = np.outer(self._friction[stuck], (-1.0, 1.0))
         self._frictions[self._dofs] = np.where(stuck, 0.0, self._friction)
         self._most = self.ranges[:, 1].copy()

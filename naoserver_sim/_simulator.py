@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
@@ -38,7 +38,10 @@ class Snapshot(NamedTuple):
     time: float
     """Simulated seconds since the start."""
     qpos: Array
+    measured: Array
+    """The same as encoders report it: another array only while one fails."""
     qvel: Array
+    """Of joints whose encoders fail as these report it."""
     setpoints: Array
     forces: Array
     """Force of each motor in N m, or N of a slide."""
@@ -49,6 +52,19 @@ class Snapshot(NamedTuple):
     whole_qpos: Array
     """Of everything, the robot itself among it."""
     whole_qvel: Array
+
+
+class Failing(Protocol):
+    """What fails in a body; for the thread of the physics only."""
+
+    def begin(self) -> bool:
+        """Begin a tick; return whether anything fails."""
+
+    def command(self, ctrl: Array, lengths: Array, seconds: float) -> None:
+        """Change what the motors are to do in the tick, while the joints of all motors are at `lengths`."""
+
+    def measure(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+        """Return the robot's positions and speeds as encoders report them."""
 
 
 class Physics:
@@ -139,6 +155,10 @@ class Simulator:
         """Observers of the state at the end of each tick: called with its simulated time in s."""
         self.on_tick: Callable[[], None] = lambda: None
         """Called at the very end of each tick, when its state is published; it gives orders for the next."""
+        self.failing: Failing | None = None
+        """What fails in the body; None for one that cannot."""
+        self._fails = False
+        self._meant: Array | None = None  # what `commands` are while something that fails changes them
         self.tick_period: Final = physics.tick_period
         # Views.
         self._ctrl = self.data.ctrl
@@ -205,8 +225,11 @@ class Simulator:
     def begin_tick(self, period: float) -> None:
         """Command the motors for a tick of `period` s: for `Physics`."""
         motors, setpoints = self.motors, self.setpoints
+        if self._meant is not None:
+            self._ctrl[:], self._meant = self._meant, None
         while self._orders:
             self._orders.popleft()()
+        self._fails = self.failing is not None and self.failing.begin()
         motors.tick(period, motors.torques(self._forces))
         if motors.loose.size:  # the setpoint of a motor that nothing holds follows its joint
             setpoints.place(motors.loose, self._lengths[motors.loose], self.commands)
@@ -217,17 +240,26 @@ class Simulator:
             self.commands[motors.following] = motors.targets[motors.following]
         if self._gears is not None:
             self._gears.tick(self.commands, self._lengths, self._ctrl)
+        elif self._fails:
+            self._meant = self._ctrl.copy()
         motors.stick(self._lengths, self._ctrl)
+        if self._fails and self.failing is not None:
+            self.failing.command(self._ctrl, self._lengths, period)
 
     def publish(self, time: float, qpos: Array, qvel: Array, *, again: bool = False) -> None:
         """Keep a state of everything, and of its motors: for `Physics`; `again`, instead of the newest."""
         if again:
             self._snapshots.pop()
+        own, speeds = qpos[self._share.qpos], qvel[self._share.dofs]
+        measured = own
+        if self._fails and self.failing is not None:
+            measured, speeds = self.failing.measure(own, speeds)
         self._snapshots.append(
             Snapshot(
                 time,
-                qpos[self._share.qpos],
-                qvel[self._share.dofs],
+                own,
+                measured,
+                speeds,
                 self.setpoints.setpoints,
                 self.motors.torques(self._forces),
                 self.motors.stiffnesses,

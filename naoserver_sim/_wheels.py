@@ -36,7 +36,7 @@ class DifferentialDrive(Locomotion):
         self._qpos: NDArray[np.intp] = model.robot.qpos[places]
         self._motors: NDArray[np.intp] = model.robot.motors[places]
         self._speeds = (0.0, 0.0)  # of the robot: forwards in m/s, turn in rad/s
-        self._turned = simulator.data.qpos[self._qpos].copy()
+        self._turned = simulator.newest().measured[self._qpos]
         self._pose = (0.0, 0.0, 0.0)
 
     def command(self, velocity: WalkVelocity) -> None:
@@ -59,6 +59,7 @@ class DifferentialDrive(Locomotion):
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
             self.abandon(hindrance)
             return
+        self._check_following(seconds, self._velocity)
         forward, turn = self._speeds = self._ramped(seconds)
         wheels = self._wheels
         rates = np.array([forward - turn * wheels.distance / 2, forward + turn * wheels.distance / 2])
@@ -71,7 +72,7 @@ class DifferentialDrive(Locomotion):
         """Stop at once: the robot toppled over, or was placed elsewhere."""
         self._end(why)
         self._speeds = (0.0, 0.0)
-        self._turned = self._simulator.data.qpos[self._qpos].copy()
+        self._turned = self._simulator.newest().measured[self._qpos]
 
     def _ramped(self, seconds: float) -> tuple[float, float]:
         """Return the speeds that follow the present ones on the way to the commanded ones."""
@@ -91,7 +92,7 @@ class DifferentialDrive(Locomotion):
 
     def _count(self) -> None:
         """Add the turns of the wheels since the last tick to the odometry."""
-        turned = self._simulator.data.qpos[self._qpos].copy()
+        turned = self._simulator.newest().measured[self._qpos]
         left, right = (self._wheels.radius * (turned - self._turned)).tolist()
         self._turned = turned
         x, y, heading = self._pose

@@ -14,14 +14,17 @@ from numpy.typing import NDArray
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.bodies.capabilities import Color, JointCommand, OwnPostures
 from naoserver.bodies.description import write_looks
+from naoserver.bodies.faults import LEDS, SOUNDS, SPEECH
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.bodies.parts import Steps, Wheels
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.protocol.expression import FadingLights, TimedSounds, TimedVoice
+from naoserver.protocol.faults import FailingEyes, FailingSenses, Faults
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
+from naoserver_sim._faults import FailingBody
 from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.walker import FootstepWalker
@@ -44,6 +47,8 @@ from zenoh_ice import VirtualClock
 
 _SEED: Final = 0
 """The seed of the noise in virtual time, the same each time unless another one is given."""
+_SCATTER: Final = 86
+"""Tells the random numbers of failures from others of a seed."""
 _CAMERA_LIMITS: Final = CameraLimits()
 
 
@@ -94,7 +99,7 @@ class SimulatedDevice:
 
     def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
         """Return the angles of the joints as they are measured, in rad or m."""
-        return snapshot.qpos[self._index.qpos]
+        return snapshot.measured[self._index.qpos]
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         index = self._index
@@ -210,7 +215,14 @@ class ArenaRobot(SimulatedDevice):
         self.body: Final = body
         self.cameras: Final = model.cameras
         self.gains: Final = self if body.gains else None
-        self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
+        self.faults: Final = Faults(body, self.clock, physics=True)
+        self.failing_senses: Final = FailingSenses(self.faults, body)
+        """What its senses report while parts of it fail."""
+        scatter = np.random.default_rng((0 if seed is None else abs(seed), _SCATTER))
+        self._failing_body = simulator.failing = FailingBody(model, simulator, self.faults, scatter)
+        self.senses: Final = SimulatedSenses(
+            model, simulator, SenseNoise() if noise else None, random, self.failing_senses
+        )
         self.walker: Final[Locomotion | None] = _locomotion_of(
             model, simulator, self.senses.record, noise=noise
         )
@@ -228,10 +240,14 @@ class ArenaRobot(SimulatedDevice):
             if part is not None:
                 simulator.parts.append(part.tick)
         self._model = model
-        self.eyes: Final = SimulatedEyes(model, simulator, noise=noise, seed=seed) if body.cameras else None
-        self.lights: Final = FadingLights(self.clock.now, body.lights)
-        self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
-        self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
+        self.eyes: FailingEyes | None = None
+        if body.cameras:
+            eyes = SimulatedEyes(model, simulator, noise=noise, seed=seed)
+            self.eyes = FailingEyes(eyes, self.failing_senses)
+        now, fails = self.clock.now, self.faults.of
+        self.lights: Final = FadingLights(now, body.lights, partial(fails, LEDS, "dark"))
+        self.voice: Final = TimedVoice(now, partial(fails, SPEECH, "silent")) if body.voice else None
+        self.loudspeaker: Final = TimedSounds(now, partial(fails, SOUNDS, "silent")) if body.voice else None
         lamps = Lamps(model.whole, self.lights.colors, model.share.prefix)
         sensor = None
         if noise:
@@ -266,7 +282,9 @@ class ArenaRobot(SimulatedDevice):
         return BodyState(tilt, tilt > self.body.lying_tilt, self.clock.rate, self._running.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        return self._renderer.capture(camera, width, height)
+        return self.failing_senses.frame(
+            camera, (width, height), partial(self._renderer.capture, camera, width, height)
+        )
 
     @property
     def blind(self) -> str:
@@ -298,6 +316,7 @@ class ArenaRobot(SimulatedDevice):
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""
+        self._failing_body.settle()
         self._simulator.measure_again()
         self.senses.record.begin_again()
         if self.walker is not None:

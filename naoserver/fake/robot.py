@@ -11,6 +11,7 @@ import math
 import threading
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -19,11 +20,13 @@ from numpy.typing import NDArray
 from naoserver.bodies import DEFAULT_BODY, capabilities, find_body
 from naoserver.bodies.body import Body
 from naoserver.bodies.description import write_looks
+from naoserver.bodies.faults import LEDS, SOUNDS, SPEECH
 from naoserver.bodies.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.bodies.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
 from naoserver.bodies.sight import CameraPlace, Thing
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, TimedVoice
+from naoserver.protocol.faults import FailingEyes, FailingSenses, Faults
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.protocol.robot import BodyState, Frame, JointReading
 from naoserver.soccer_field import Field
@@ -142,7 +145,8 @@ _GRAVITY: Final = 9.81  # m/s2
 class FakeSenses:
     """Feel like a robot that stands still, with nothing near, until `feel`. Implements Senses."""
 
-    def __init__(self, clock: Clock, body: Body) -> None:
+    def __init__(self, clock: Clock, body: Body, failing: FailingSenses) -> None:
+        self._failing = failing
         self.touch_names: Final = body.touch_sensors
         sonar = body.sonar
         self.sonar_range: Final = (sonar.nearest, sonar.farthest) if sonar else None
@@ -164,10 +168,14 @@ class FakeSenses:
 
     def read(self) -> capabilities.SenseReading:
         with self._lock:
-            return replace(self._reading, time=self._clock.now())
+            reading = replace(self._reading, time=self._clock.now())
+        failing, feet = self._failing, (reading.left_foot, reading.right_foot)
+        left, right = failing.feet(feet, capabilities.FootReading())
+        reading = replace(reading, inertial=self.inertial(), left_foot=left, right_foot=right)
+        return failing.others(reading)
 
     def inertial(self) -> capabilities.InertialReading:
-        return self._reading.inertial
+        return self._failing.inertial(self._reading.inertial, self._clock.now())
 
     def feel(self, **feelings: Any) -> None:  # noqa: ANN401 - fields of SenseReading
         """Set what some senses, fields of `SenseReading`, feel from now on: to set a scene."""
@@ -492,6 +500,12 @@ class FakeRobot(FakeDevice):
         self.clock: Final[Clock] = clock or WallClock()
         self.body: Final = body or find_body(DEFAULT_BODY)
         body = self.body
+        self.faults: Final = Faults(body, self.clock)
+        self._failing = FailingSenses(self.faults, body)
+        self._random = np.random.default_rng(0)
+        self._stuck: dict[str, float] = {}  # where joints stay
+        self._loose: dict[str, float] = {}  # where joints lie within the play of their gears
+        self._frozen: dict[str, float] = {}
         self.walker: Final = _walker_of(body, self.clock)
         self._driven: Mapping[str, float] = {}
         angles = body.complete(posture or body.resting_angles)
@@ -508,16 +522,22 @@ class FakeRobot(FakeDevice):
             )
             for index, name in enumerate(_COLORS)
         )
-        self.lights: Final = FadingLights(self.clock.now, body.lights) if body.lights else None
-        self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
-        self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
-        self.senses = FakeSenses(self.clock, body)
-        self.eyes: Final = FakeEyes(self) if body.cameras else None
+        now, fails = self.clock.now, self.faults.of
+        self.lights: Final = (
+            FadingLights(now, body.lights, partial(fails, LEDS, "dark")) if body.lights else None
+        )
+        self.voice: Final = TimedVoice(now, partial(fails, SPEECH, "silent")) if body.voice else None
+        self.loudspeaker: Final = TimedSounds(now, partial(fails, SOUNDS, "silent")) if body.voice else None
+        self.senses = FakeSenses(self.clock, body, self._failing)
+        self.eyes: Final = FailingEyes(FakeEyes(self), self._failing) if body.cameras else None
 
     def _go_on(self) -> None:
         """Turn also the wheels that drive it."""
         super()._go_on()
-        if self._closed or not isinstance(self.walker, FakeDrive):
+        if self._closed:
+            return
+        self._stick()
+        if not isinstance(self.walker, FakeDrive):
             return
         driven = self.walker.angles()
         for wheel, angle in driven.items():
@@ -526,8 +546,52 @@ class FakeRobot(FakeDevice):
                 self._motions[wheel] = self._motions[wheel].turned(turned)
         self._driven = driven
 
+    def _stick(self) -> None:
+        """Leave the joints where they are that are stuck, or whose motors are limp."""
+        present = self.faults.current()
+        still = {part for part, kind in present if kind in {"stuck", "limp"}} if present else set()
+        self._stuck = {name: self._stuck.get(name, self._motions[name].position) for name in still}
+        for name, position in self._stuck.items():
+            self._motions[name] = self._motions[name]._replace(position=position)
+
+    def _measured(self, reading: JointReading) -> JointReading:
+        """Return what encoders and thermometers report that may fail."""
+        if not (present := self.faults.current()):
+            self._loose, self._frozen = {}, {}
+            return reading
+        names = self.body.joint_names
+        angles, heat = list(reading.positions), list(reading.temperatures)
+        loose, frozen = {}, {}
+        for (part, kind), fault in present.items():
+            if part not in self._motions:
+                continue
+            place = names.index(part)
+            match kind:
+                case "backlash":
+                    half, driven = fault.amount / 2, angles[place]
+                    lies = min(max(self._loose.get(part, driven), driven - half), driven + half)
+                    loose[part] = angles[place] = lies
+                case "offset":
+                    angles[place] += fault.amount
+                case "noisy":
+                    angles[place] += fault.amount * float(self._random.standard_normal())
+                case "hot":
+                    heat[place] = fault.amount
+                case "frozen":
+                    frozen[part] = angles[place] = self._frozen.get(part, angles[place])
+        self._loose, self._frozen = loose, frozen
+        return replace(reading, positions=tuple(angles), temperatures=tuple(heat))
+
+    def _command(self, commands: Mapping[str, tuple[float, float]]) -> None:
+        """Move setpoints, but those of slow joints no faster than these can."""
+        slow = {part: fault.amount for (part, kind), fault in self.faults.current().items() if kind == "slow"}
+        most = {name: share * self._by_name[name].max_velocity for name, share in slow.items()}
+        super()._command(
+            {name: (to, min(speed, most.get(name, math.inf))) for name, (to, speed) in commands.items()}
+        )
+
     def _read(self) -> JointReading:
-        reading = super()._read()
+        reading = self._measured(super()._read())
         if not isinstance(self.walker, FakeDrive):
             return reading
         speeds = self.walker.speeds()
@@ -550,6 +614,9 @@ class FakeRobot(FakeDevice):
             raise HardwareFailure(self._camera_failure)
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
+        return self._failing.frame(camera, (width, height), partial(self._view, facts, width, height))
+
+    def _view(self, facts: Camera, width: int, height: int) -> Frame:
         reading = self.read()
         balls = [(Ball(*ball.read().positions), _COLORS[ball.name]) for ball in self.mechanisms]
         return view(self.body, facts, reading, (width, height), balls)

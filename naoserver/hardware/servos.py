@@ -15,6 +15,7 @@ from naoserver.bodies.parts import JointFacts
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.connection import Connection, HardwareLimits, Link, LinkLost, Reporter
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
+from naoserver.protocol.faults import Faults
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.protocol.robot import LIMP, BodyState, Frame, JointDevice, JointFault, JointReading
 from zenoh_ice import Clock, WallClock
@@ -127,6 +128,7 @@ class ServoRobot:
     eyes: capabilities.Eyes | None = None
     postures: capabilities.OwnPostures | None = None
     stage: capabilities.Stage | None = None
+    faults: Faults | None = None
     control_loop: ControlLoop | None = None
 
     def __init__(

@@ -17,6 +17,11 @@ from naoserver.bodies.parts import Lamp
 from naoserver.errors import InvalidCommand
 
 
+def works() -> bool:
+    """Return that a device does not fail."""
+    return False
+
+
 @dataclass(frozen=True, slots=True)
 class Ramp:
     """A change that begins at `start`, from one value to another within some seconds."""
@@ -35,10 +40,16 @@ class Ramp:
 
 
 class FadingLights:
-    """The lights of a body on a clock, `now` in s of robot time. Implements Lights; thread-safe."""
+    """The lights of a body on a clock, `now` in s of robot time. Implements Lights; thread-safe.
 
-    def __init__(self, now: Callable[[], float], lamps: Mapping[str, Lamp]) -> None:
+    While `dark` holds, none of them shines.
+    """
+
+    def __init__(
+        self, now: Callable[[], float], lamps: Mapping[str, Lamp], dark: Callable[[], object] = works
+    ) -> None:
         self._now = now
+        self._dark = dark
         self._lamps = lamps
         self._lock = threading.Lock()
         self._fades = self._start_fades()
@@ -63,6 +74,8 @@ class FadingLights:
             self._fades = self._start_fades()
 
     def colors(self) -> Mapping[str, Color]:
+        if self._dark():
+            return dict.fromkeys(self._lamps, (0.0, 0.0, 0.0))
         with self._lock:
             now = self._now()
             return {name: (r.at(now), g.at(now), b.at(now)) for name, (r, g, b) in self._fades.items()}
@@ -87,10 +100,14 @@ def speaking_time(text: str) -> float:
 
 
 class TimedVoice:
-    """Say texts one after the other on a clock, `now` in s. Implements Voice; thread-safe."""
+    """Say texts one after the other on a clock, `now` in s. Implements Voice; thread-safe.
 
-    def __init__(self, now: Callable[[], float]) -> None:
+    While `silent` holds, nobody hears which.
+    """
+
+    def __init__(self, now: Callable[[], float], silent: Callable[[], object] = works) -> None:
         self._now = now
+        self._silent = silent
         self._lock = threading.Lock()
         self._agenda: deque[tuple[str, float]] = deque()  # what is spoken when, and until when
         self._newest = ""
@@ -117,7 +134,8 @@ class TimedVoice:
             self._go_on(self._now())
             if not self._agenda:
                 return Utterance(self._newest, speaking=False, count=self._begun)
-            return Utterance(self._agenda[0][0], speaking=True, count=self._begun + 1)
+            text = "" if self._silent() else self._agenda[0][0]
+            return Utterance(text, speaking=True, count=self._begun + 1)
 
     def _go_on(self, now: float) -> None:
         """Drop the texts that have ended."""
@@ -125,7 +143,7 @@ class TimedVoice:
             self._begin(self._agenda.popleft()[0])
 
     def _begin(self, text: str) -> None:
-        self._newest = text
+        self._newest = "" if self._silent() else text
         self._begun += 1
 
 
@@ -210,10 +228,14 @@ class _Samples:
 
 
 class TimedSounds:
-    """Play sounds on a clock, `now` in s. Implements Loudspeaker; thread-safe."""
+    """Play sounds on a clock, `now` in s. Implements Loudspeaker; thread-safe.
 
-    def __init__(self, now: Callable[[], float]) -> None:
+    While `silent` holds, nobody hears them.
+    """
+
+    def __init__(self, now: Callable[[], float], silent: Callable[[], object] = works) -> None:
         self._now = now
+        self._silent = silent
         self._lock = threading.Lock()
         self._newest = Playback()
         self._samples: _Samples | None = None
@@ -245,7 +267,10 @@ class TimedSounds:
             now = self._now()
             playing = now < self._end
             samples, place = self._samples.due(now) if playing and self._samples else (b"", -1)
-            return replace(self._newest, playing=playing, samples=samples, place=place)
+            heard = replace(self._newest, playing=playing, samples=samples, place=place)
+            if self._silent():
+                heard = replace(heard, loudness=0.0, samples=bytes(len(samples)))
+            return heard
 
 
 LONGEST_SENTENCE: Final = 500

@@ -65,6 +65,7 @@ from zenoh_ice import Clock
 
 if TYPE_CHECKING:
     from naoserver.bodies.body import Body
+    from naoserver.protocol.faults import Faults
     from naoserver.protocol.jobs import ControlLoop
 
 
@@ -213,6 +214,10 @@ class Robot(JointDevice, Protocol):
     @property
     def stage(self) -> Stage | None:
         """The scene around it, which only a simulation can change; None for a real robot."""
+
+    @property
+    def faults(self) -> Faults | None:
+        """What of it fails because somebody lets it; None for a real robot, which fails by itself."""
 
     @property
     def control_loop(self) -> ControlLoop | None:

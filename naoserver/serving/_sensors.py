@@ -125,19 +125,27 @@ class SceneI(nao.Scene):
     """Set the scene of a simulation: this is no command of the robot, so no lease and no stop prevents it.
 
     Only a push counts as a command, and passes the gate. `end_motion` ends all motion of the robot, so that
-    it does not continue after being placed; `hear` returns what was recognized in a sentence.
+    it does not continue after being placed; `hear` returns what was recognized in a sentence; `heal` ends
+    what fails.
     """
 
     def __init__(
-        self, stage: Stage, gate: Gate, end_motion: Callable[[], None], hear: Callable[[str], str]
+        self,
+        stage: Stage,
+        gate: Gate,
+        end_motion: Callable[[], None],
+        hear: Callable[[str], str],
+        heal: Callable[[], None],
     ) -> None:
         self._stage: Final = stage
         self._gate: Final = gate
         self._end_motion: Final = end_motion
         self._hear: Final = hear
+        self._heal: Final = heal
 
     def reset(self, current: Current) -> None:
         self._end_motion()
+        self._heal()
         self._stage.reset()
 
     def getObjects(self, current: Current) -> list[str]:

@@ -33,6 +33,7 @@ from naoserver.serving import _sensors as sensors
 from naoserver.serving import moves
 from naoserver.serving._description import ClockI, DescriptionI, HealthI, SafetyI
 from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
+from naoserver.serving._faults import FaultsI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver.serving._shared import StateStream
 from naoserver.serving._sight import SightI
@@ -205,8 +206,11 @@ class Assembly:
             self._add(Sonar=sensors.SonarI(senses))
 
     def _add_surroundings(self) -> None:
+        if (faults := self._robot.faults) is not None:
+            self._add(Faults=FaultsI(faults, self.gate))
         if (stage := self._robot.stage) is not None:
-            scene = sensors.SceneI(stage, self.gate, self.end_motion, self.hearing.hear)
+            heal = faults.heal if faults is not None else lambda: None
+            scene = sensors.SceneI(stage, self.gate, self.end_motion, self.hearing.hear, heal)
             self._add(GroundTruth=sensors.GroundTruthI(stage), Scene=scene)
         for mechanism in self._robot.mechanisms:
             # Its gate is never shut: the mechanism of a ball is not part of the robot.

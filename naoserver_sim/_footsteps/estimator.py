@@ -62,7 +62,7 @@ class BodySensors:
         """
         simulator, limbs = self._simulator, self._limbs
         then = simulator.past(self.delay * simulator.tick_period)
-        angles = then.qpos[limbs.qpos]
+        angles = then.measured[limbs.qpos]
         self.angles = encoded(angles) if self._noise else angles
         self.speeds = then.qvel[limbs.dofs]
         self.torques = then.forces[limbs.leg_motors]

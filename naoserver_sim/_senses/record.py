@@ -16,6 +16,7 @@ from naoserver.bodies.capabilities import FootReading, InertialReading
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.bodies.parts import Sole
 from naoserver.body import Body
+from naoserver.protocol.faults import FailingSenses
 from naoserver_sim._body import SIDES
 from naoserver_sim._share import RobotData
 
@@ -163,7 +164,10 @@ class SensorRecord:
         data: mujoco.MjData | RobotData,
         noise: SenseNoise | None = None,
         random: np.random.Generator | None = None,
+        *,
+        failing: FailingSenses | None = None,
     ) -> None:
+        self._failing = failing
         self._measured = data.sensordata  # a view
 
         def at(sensor: str) -> int:
@@ -193,8 +197,20 @@ class SensorRecord:
         values: list[float] = self._measured.tolist()
         if self._averages:
             values[self._turning : self._turning + 3] = self._mean_turning(time, values)
-        self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
+        inertial = self._inertial(values, errors)
+        if self._failing is not None:
+            inertial = self._failing.inertial(inertial, time)
+            if self._soles:
+                self._fail_feet(self._failing, values)
+        self._samples.append(Sample(time, values, errors, inertial))
         self.newest = self._samples[0]
+
+    def _fail_feet(self, failing: FailingSenses, values: list[float]) -> None:
+        """Measure at the soles what their sensors report."""
+        left, right = (slice(begin, begin + _FOOT) for begin in self._feet)
+        before = values[left], values[right]
+        if (feet := failing.feet(before, [0.0] * _FOOT)) is not before:
+            values[left], values[right] = feet
 
     def begin_again(self) -> None:
         """Forget what was measured: the robot is placed elsewhere, and has not turned."""

@@ -23,6 +23,7 @@ from naoserver.bodies.kinematics import matrix_of
 from naoserver.bodies.parts import Battery, FallRules, Sonar
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
+from naoserver.protocol.faults import FailingSenses
 from naoserver_sim._motors import AMBIENT, Array
 from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim._simulator import Simulator
@@ -262,13 +263,19 @@ class SimulatedSenses:
     """
 
     def __init__(
-        self, model: Model, simulator: Simulator, noise: SenseNoise | None, random: np.random.Generator
+        self,
+        model: Model,
+        simulator: Simulator,
+        noise: SenseNoise | None,
+        random: np.random.Generator,
+        failing: FailingSenses,
     ) -> None:
+        self._failing = failing
         self._data = simulator.data
         self._simulator = simulator
         self._noise = noise
         self._random = random
-        self.record: Final = SensorRecord(model.mj, model.body, self._data, noise, random)
+        self.record: Final = SensorRecord(model.mj, model.body, self._data, noise, random, failing=failing)
         """The readings of the last ticks, which a controller needs at every tick."""
         body = model.body
         self.touch_names: Final = body.touch_sensors
@@ -292,6 +299,9 @@ class SimulatedSenses:
 
     def read(self) -> SenseReading:
         """Return the newest snapshot."""
+        return self._failing.others(self._read())
+
+    def _read(self) -> SenseReading:
         sample = self.record.newest
         touched = self._touch.touched(sample.time, self.record.felt(sample))
         cached = self._cached

@@ -219,7 +219,6 @@ class SimulatedWalker(Locomotion):
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
         super().__init__(simulator, model.body.groups.legs, LIMITS)
-        self._qpos = simulator.data.qpos
         self._setpoints = simulator.setpoints
         self._sensors = sensors
         self._noise = noise
@@ -263,7 +262,7 @@ class SimulatedWalker(Locomotion):
             self._odometer.turn(seconds, self._inertial, resting=True)
             return
         self._loads = sensors.loads()
-        joints = sensors.encoded(self._qpos[self._places])
+        joints = sensors.encoded(self._simulator.newest().measured[self._places])
         self._odometer.tick(seconds, joints.tolist(), self._inertial, self._loads, resting=resting)
         if idle:
             return

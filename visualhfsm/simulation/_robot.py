@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -180,6 +181,21 @@ class RobotUnderTest:
         assert self.device.stage is not None  # there is none without a simulation
         self.device.stage.place_robot(x, y, heading, self._assembly.end_motion)
 
+    def fail(
+        self, part: str, kind: str, amount: float | None = None, *, seconds: float | None = None
+    ) -> None:
+        """Let a part fail from now on, such as `fail("LKneePitch", "stuck")`, as `Faults.inject` does.
+
+        Raises InvalidCommand for what cannot fail so, with what can.
+        """
+        assert self.device.faults is not None  # only a real robot has none
+        self.device.faults.inject(part, kind, amount, seconds)
+
+    def heal(self, part: str | None = None) -> None:
+        """End the failures of a part, or all of them. Raises InvalidCommand for a part that there is not."""
+        assert self.device.faults is not None  # only a real robot has none
+        self.device.faults.heal(part)
+
     def hear(self, sentence: str) -> None:
         """Say a sentence to the robot, as `Scene.sayToRobot` does."""
         self._assembly.hearing.hear(sentence)
@@ -283,7 +299,12 @@ class _DrawnCameras:
         return getattr(self._robot, name)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
-        """Draw what a camera sees: each ball as a disc of its color on a grey ground."""
+        """Draw what a camera sees, as far as it does not fail."""
+        draw = partial(self._draw, camera, width, height)
+        return self._robot.failing_senses.frame(camera, (width, height), draw)
+
+    def _draw(self, camera: str, width: int, height: int) -> Frame:
+        """Draw each ball as a disc of its color on a grey ground."""
         from naoserver_sim.world import BALL_RADIUS
 
         facts = {facts.name: facts for facts in self._robot.cameras}.get(camera)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from codegen.messages import Message
 from hfsm_runtime.component import proxies_of
 from hfsm_runtime.virtual.errors import UnknownName
 from naoserver.errors import InvalidCommand
-from zenoh_ice import Clock, Current
 
 from ._errors import TrialsError
 from ._plan import CARRIED, Disturbance
@@ -25,8 +23,6 @@ if TYPE_CHECKING:
 
 _SHORTEST_LEG: Final = 0.01
 """Least time in s that a ball is carried to a place: a tick, even if it is there already."""
-_SHOWN: Final = "getImageData", "getSight"
-"""Operations that return a picture, or what eyes see in it."""
 
 
 class Disturbances:
@@ -34,15 +30,23 @@ class Disturbances:
 
     def __init__(self, behavior: Behavior, disturbances: Mapping[str, Disturbance], values: Values) -> None:
         self._behavior = behavior
-        self.delay = 0.0
-        """Age in s of the pictures that arrive now."""
-        if any(each.late is not None for each in disturbances.values()):
-            self._delay_pictures()
         for name, each in disturbances.items():
-            numbers = {key: float(values[f"{name}.{key}"]) for key in each.quantities}
-            self.later(numbers["at"], self._action(each, numbers))
+            drawn = {key: values[f"{name}.{key}"] for key in each.quantities}
+            part, kind = str(drawn.pop("fail", "")), str(drawn.pop("kind", ""))
+            numbers = {key: float(value) for key, value in drawn.items()}
+            action = self._failure(part, kind, numbers) if part else self._action(each, numbers)
+            self.later(numbers["at"], action)
 
-    def _action(self, what: Disturbance, numbers: Mapping[str, float]) -> Callable[[], None]:
+    def _failure(self, part: str, kind: str, numbers: Mapping[str, float]) -> Callable[[], object]:
+        """Return what lets a part fail."""
+        amount, seconds = numbers.get("amount"), numbers["seconds"] or None
+        if (faults := self._behavior.robot.device.faults) is None:
+            raise TrialsError.because("a real robot fails by itself only: write robot = {sim}", sim='"sim"')
+        with TrialsError.in_place_of(InvalidCommand, "{part} cannot fail: {reason}", part=part):
+            faults.check(part, kind, amount, seconds)
+        return partial(faults.inject, part, kind, amount, seconds)
+
+    def _action(self, what: Disturbance, numbers: Mapping[str, float]) -> Callable[[], object]:
         """Return what happens."""
         if what.push is not None:
             stage = self._stage(Message('only the simulated robot can be pushed: write robot = "sim"'))
@@ -53,7 +57,10 @@ class Disturbances:
             ]
             return self._movement(what.move, places, numbers.get("speed"))
         if what.late is not None:
-            return partial(self._let_be_late, numbers["late"], numbers["seconds"])
+            numbers = {"amount": numbers["late"], "seconds": numbers["seconds"]}
+            cameras = [camera.name for camera in self._behavior.robot.device.body.cameras]
+            late = [self._failure(camera, "late", numbers) for camera in cameras]
+            return lambda: [each() for each in late]
         called = (proxy.identity for proxy in proxies_of(self._behavior.component).values())
         servants = sorted({*self._behavior.world.communicator.identities(), *called})
         for identity in what.offline or ():
@@ -67,7 +74,7 @@ class Disturbances:
 
     def _movement(
         self, name: str, places: Sequence[Mapping[str, float]], speed: float | None
-    ) -> Callable[[], None]:
+    ) -> Callable[[], object]:
         """Return what moves a thing: at once to a place, or at a speed from place to place."""
         axes = {axis for place in places for axis in place}
         if axes <= {*CARRIED}:
@@ -108,25 +115,14 @@ class Disturbances:
         cut.enter_context(self._behavior.server_offline(*identities))
         self.later(seconds, cut.close)
 
-    def _let_be_late(self, delay: float, seconds: float) -> None:
-        self.delay = delay
-        self.later(seconds, partial(setattr, self, "delay", 0.0))
-
-    def later(self, seconds: float, action: Callable[[], None]) -> None:
+    def later(self, seconds: float, action: Callable[[], object]) -> None:
         """Do something in some seconds of robot time."""
         clock = self._behavior.world.clock
-        clock.call_at(clock.now() + seconds, action)
 
-    def _delay_pictures(self) -> None:
-        """Let what cameras show pass through a queue, from which the old comes while it is late."""
-        behavior = self._behavior
-        for name, proxy in proxies_of(behavior.component).items():
-            servant = behavior.world.network.servant(proxy.identity)
-            for shown in _SHOWN:
-                if servant is not None and shown in servant.ice_interface.all_operations:
-                    current = Current(proxy.identity, shown, "", 0.0, behavior.world.communicator)
-                    show = partial(getattr(servant, shown), current=current)
-                    behavior.stub(name, **{shown: _Late(self, show, behavior.world.clock)})
+        def act() -> None:
+            action()
+
+        clock.call_at(clock.now() + seconds, act)
 
 
 def _push(stage: Stage, newtons: float, direction: float, seconds: float) -> None:
@@ -164,20 +160,3 @@ class _Carrier:
         if len(self._places) > 1:
             seconds = max(abs(value - here[axis]) for axis, value in to.items()) / self._speed
             self._disturbances.later(max(seconds, _SHORTEST_LEG), self)
-
-
-class _Late:
-    """What a camera shows, late: the newest that it showed long enough ago."""
-
-    def __init__(self, disturbances: Disturbances, show: Callable[..., Any], clock: Clock) -> None:
-        self._disturbances = disturbances
-        self._show = show
-        self._clock = clock
-        self._shown: deque[tuple[float, Any]] = deque()
-
-    def __call__(self, *arguments: object) -> Any:  # noqa: ANN401 - a picture, or what is in it
-        now, delay = self._clock.now(), self._disturbances.delay
-        self._shown.append((now, self._show(*arguments)))
-        while len(self._shown) > 1 and self._shown[1][0] <= now - delay:
-            self._shown.popleft()
-        return self._shown[0][1]

@@ -31,10 +31,11 @@ SAMPLED: Final = ("mean", "max")
 """The figures that are kept of samples."""
 _KEPT: Final = ("number", "success", "reason", "states", "time", "calls", "cycles", "distance")
 """The columns that the table has of each trial in any case."""
-_KINDS: Final = ("push", "move", "offline", "late")
+_KINDS: Final = ("push", "move", "offline", "late", "fail")
 _MOST_DRAWS: Final = 10_000
 
 Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
+Names = Annotated[tuple[str, ...], Meta(min_length=1)]
 Speed = Annotated[float, Meta(gt=0, le=100, description="write a speed above 0, at most 100")]
 Position = dict[str, Spread | Choice | float]
 Function = Annotated[
@@ -45,12 +46,12 @@ Beside = Annotated[str, Meta(pattern=r"^[\w-][\w.-]*\Z", description="write the 
 
 
 class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
-    """Something that happens to the robot at a time, one of: `push`, `move`, `offline`, `late`."""
+    """Something that happens to the robot at a time, one of: `push`, `move`, `offline`, `late`, `fail`."""
 
     at: Spread | Choice | Time
     """In s of the trial."""
     seconds: Spread | Choice | Time = 0.0
-    """The time for which a push lasts, servants are offline, or pictures are late."""
+    """The time for which it lasts; a failure without lasts until the end."""
     push: Spread | Choice | float | None = None
     """Force in N, horizontal."""
     direction: Spread | Choice | float = Spread(lowest=-3.14159, highest=3.14159)
@@ -67,6 +68,12 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
     """Identities of servants whose calls fail; none for all."""
     late: Spread | Choice | Time | None = None
     """Age in s of the pictures of all cameras."""
+    fail: str | Names | None = None
+    """The part of the robot that fails, such as a joint or a camera."""
+    kind: str | Names = ""
+    """How it fails, such as stuck."""
+    amount: Spread | Choice | float | None = None
+    """How much, in the unit of the kind; by default as much as is usual."""
 
     def __post_init__(self) -> None:
         given = [name for name in _KINDS if getattr(self, name) is not None]
@@ -85,7 +92,9 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
             lowest = self.speed.bounds[0] if isinstance(self.speed, Spread) else 1.0
             if lowest <= 0.0 or (isinstance(self.speed, tuple) and min(self.speed) <= 0.0):
                 raise ValueError("the speed may become 0: write from = 0.01, or more")
-        if self.move is None and self.seconds == 0.0:
+        if (self.fail is None) != (self.kind == "") or (self.fail is None and self.amount is not None):
+            raise ValueError('a failure has a part and a kind: fail = "HeadYaw", kind = "stuck"')
+        if self.move is None and self.fail is None and self.seconds == 0.0:
             raise ValueError(f"say how long: seconds = 1.0, for {given[0]}")
 
     @property
@@ -93,7 +102,8 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         """Its numbers by name."""
         names = ["at", "seconds"] if self.move is None else ["at"]
         names += ["push", "direction"] if self.push is not None else []
-        names += [name for name in ("late", "speed") if getattr(self, name) is not None]
+        names += [name for name in ("late", "speed", "amount") if getattr(self, name) is not None]
+        names += ["fail", "kind"] if self.fail is not None else []
         found = {name: getattr(self, name) for name in names}
         for prefix, place in self.places.items():
             found |= {prefix + axis: each for axis, each in place.items()}

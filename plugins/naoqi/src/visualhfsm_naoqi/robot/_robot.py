@@ -145,6 +145,7 @@ class NaoqiRobot:
         self.gains: Final = None
         self.balancer: Final = None
         self.stage: Final = None
+        self.faults: Final = None
         self.eyes: Final = None
         self.control_loop: Final = None
         self.clock: Final[Clock] = clock or WallClock()

@@ -1,0 +1,116 @@
+"""What of a body can fail, and how: data for a simulation and a fake robot, which let it happen.
+
+PX4 calls such things failures of units; NASA and ArduPilot inject them, too. A part is what a person would
+point at: a joint (with its motor, gear and encoder), a sensor, a camera, a link, the robot as a whole.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Final, NamedTuple
+
+from naoserver.bodies.body import Body
+
+
+class FaultKind(NamedTuple):
+    """A way to fail; the fields are those of `nao::FaultKind`."""
+
+    name: str
+    text: str
+    unit: str = ""
+    least: float = 0.0
+    greatest: float = 0.0
+    usual: float = 0.0
+
+
+ROBOT: Final = "Robot"
+"""The part that stands for the robot as a whole."""
+INERTIAL: Final = "InertialUnit"
+FEET: Final = "FootPressure"
+SONAR: Final = "Sonar"
+BATTERY: Final = "Battery"
+SPEECH: Final = "Speech"
+SOUNDS: Final = "Sounds"
+LEDS: Final = "Leds"
+
+_JOINT: Final = (
+    FaultKind("stuck", "it does not turn any more, whatever its motor does"),
+    FaultKind("limp", "its motor gives no torque; only the gear's friction holds it"),
+    FaultKind("weak", "its motor gives only a share of its torque", "share", 0.0, 1.0, 0.3),
+    FaultKind("slow", "it follows at only a share of its highest speed", "share", 0.01, 1.0, 0.2),
+    FaultKind("backlash", "its gear has so much play", "rad", 0.0, 0.5, 0.1),
+    FaultKind("frozen", "its encoder reports the same angle again and again"),
+    FaultKind("offset", "its encoder is wrong by so much", "rad", -0.5, 0.5, 0.1),
+    FaultKind("noisy", "its encoder scatters by so much", "rad", 0.0, 0.2, 0.03),
+)
+_DEAD: Final = "it reports nothing but zeros"
+_STUCK: Final = "it reports what it felt last"
+_INERTIAL: Final = (
+    FaultKind("dead", _DEAD),
+    FaultKind("drifting", "its pitch runs away at so much in a second", "rad/s", -0.5, 0.5, 0.05),
+)
+_FEELS: Final = (FaultKind("dead", _DEAD), FaultKind("stuck", _STUCK))
+_SONAR: Final = (FaultKind("dead", "it hears no echo"), FaultKind("stuck", "it reports what it heard last"))
+_TOUCH: Final = (FaultKind("dead", "it feels nothing"), FaultKind("stuck", "it stays pressed"))
+_CAMERA: Final = (
+    FaultKind("black", "its pictures are black"),
+    FaultKind("frozen", "its last picture is all that comes, with its time"),
+    FaultKind("blurred", "its pictures are out of focus by so many pixels", "pixels", 0.5, 20.0, 4.0),
+    FaultKind("late", "its pictures come so much later", "s", 0.0, 10.0, 0.5),
+    FaultKind("halved", "pictures come at only a share of its rate", "share", 0.01, 1.0, 0.5),
+)
+_ROBOT: Final = FaultKind("held", "somebody holds it by its trunk")
+_LINK: Final = FaultKind("loaded", "it carries so much more", "kg", 0.0, 5.0, 0.5)
+
+
+def kinds_of(body: Body, *, physics: bool) -> dict[str, tuple[FaultKind, ...]]:
+    """Return how each part of a body can fail; without `physics` no force matters, on it or in it."""
+    found: dict[str, tuple[FaultKind, ...]] = {}
+    for part, kinds in _each(body, physics=physics):
+        known = {kind.name for kind in found.get(part, ())}
+        found[part] = (*found.get(part, ()), *(kind for kind in kinds if kind.name not in known))
+    return found
+
+
+def _each(body: Body, *, physics: bool) -> Iterator[tuple[str, tuple[FaultKind, ...]]]:
+    joint_kinds = tuple(kind for kind in _JOINT if physics or kind.name != "weak")
+    if (heat := body.motor_heat) is not None:
+        usual = (heat.hot + heat.too_hot) / 2
+        hot = FaultKind("hot", "its motor is so hot, and gives less torque", "°C", 25.0, 150.0, usual)
+        joint_kinds += (hot,)
+    yield from ((joint.name, joint_kinds) for joint in body.joints if not joint.passive)
+    yield from ((camera.name, _CAMERA) for camera in body.cameras)
+    yield from ((name, _TOUCH) for name in body.touch_sensors)
+    if body.inertial_unit is not None:
+        yield INERTIAL, _INERTIAL
+    if any(sole.pressure for sole in body.soles):
+        yield FEET, _FEELS
+    if body.sonar is not None:
+        yield SONAR, _SONAR
+    if body.battery is not None:
+        yield BATTERY, (FaultKind("low", "its charge is so low", "share", 0.0, 1.0, 0.05),)
+    if body.lights:
+        yield LEDS, (FaultKind("dark", "none of its lights shines"),)
+    if body.voice:
+        yield SPEECH, (FaultKind("silent", "nobody hears what it says"),)
+        yield SOUNDS, (FaultKind("silent", "nobody hears its sounds"),)
+    if physics:
+        yield ROBOT, () if body.mounted else (_ROBOT,)
+        yield from ((link.name, (_LINK,)) for link in body.links)
+
+
+class Fault(NamedTuple):
+    """A failure that was injected."""
+
+    part: str
+    kind: str
+    amount: float
+    """In the unit of its kind; 0 for one without."""
+    begin: float
+    """Robot time in s."""
+    end: float = math.inf
+
+
+Present = Mapping[tuple[str, str], Fault]
+"""The failures of a moment, by part and kind: another object once they change."""

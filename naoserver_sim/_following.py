@@ -1,0 +1,55 @@
+"""Whether the joints that move a robot follow: one that does not must not be walked on with."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from naoserver_sim._motors import Array
+from naoserver_sim._simulator import Simulator
+
+_PERIOD: Final = 0.05
+"""Seconds between two looks."""
+_LOOKS: Final = 13
+"""Looks on which a verdict stands: those of 0.6 s, more than a step of any robot here."""
+_COMMANDED: Final = 0.1
+"""Least range in rad of a joint's setpoints in this time of which there is a verdict."""
+_FOLLOWED: Final = 0.2
+"""Share of this range that it must go: with noise, joints that follow go a third of it at least."""
+
+
+class Following:
+    """Compare the ways of joints with those of their setpoints. For the thread of the physics only."""
+
+    def __init__(self, simulator: Simulator, joints: Sequence[str]) -> None:
+        mj = simulator.mj
+        motors = {int(joint): motor for motor, joint in enumerate(mj.actuator_trnid[:, 0])}
+        ids = {name: mj.joint(name).id for name in joints}
+        self._simulator: Final = simulator
+        self._names: Final = [name for name, joint in ids.items() if joint in motors]
+        self._motors: Final = np.array([motors[ids[name]] for name in self._names], np.intp)
+        self._qpos: Final = np.array([mj.jnt_qposadr[ids[name]] for name in self._names], np.intp)
+        self._looks: deque[Array] = deque(maxlen=_LOOKS)
+        self._since = 0.0
+
+    def begin(self) -> None:
+        """Begin a motion."""
+        self._looks.clear()
+        self._since = _PERIOD
+
+    def tick(self, seconds: float) -> str:
+        """Advance by some seconds; return the name of a joint that does not follow, or an empty text."""
+        self._since += seconds
+        if self._since < _PERIOD - 1e-6:
+            return ""
+        self._since = 0.0
+        setpoints = self._simulator.setpoints.setpoints[self._motors]
+        self._looks.append(np.array((setpoints, self._simulator.newest().measured[self._qpos])))
+        if len(self._looks) < _LOOKS:
+            return ""
+        commanded, done = np.ptp(np.array(self._looks), axis=0)
+        astray = (commanded >= _COMMANDED) & (done < _FOLLOWED * commanded)
+        return self._names[int(astray.argmax())] if astray.any() else ""
