@@ -522,6 +522,7 @@ class FakeRobot(FakeDevice):
             )
             for index, name in enumerate(_COLORS)
         )
+        self.faults.on_change = self._note_failures
         now, fails = self.clock.now, self.faults.of
         self.lights: Final = (
             FadingLights(now, body.lights, partial(fails, LEDS, "dark")) if body.lights else None
@@ -546,10 +547,16 @@ class FakeRobot(FakeDevice):
                 self._motions[wheel] = self._motions[wheel].turned(turned)
         self._driven = driven
 
+    def _note_failures(self) -> None:
+        """Let joints stick and encoders freeze where they are at this moment."""
+        with self._lock:
+            self._reading = self._read()
+
     def _stick(self) -> None:
         """Leave the joints where they are that are stuck, or whose motors are limp."""
         present = self.faults.current()
-        still = {part for part, kind in present if kind in {"stuck", "limp"}} if present else set()
+        failing = {part for part, kind in present if kind in {"stuck", "limp"}} if present else set()
+        still = failing & self._motions.keys()
         self._stuck = {name: self._stuck.get(name, self._motions[name].position) for name in still}
         for name, position in self._stuck.items():
             self._motions[name] = self._motions[name]._replace(position=position)

@@ -50,6 +50,8 @@ class Faults:
         """How each part can fail."""
         self.now: Final = clock.now
         """Robot time in s."""
+        self.on_change: Callable[[], object] = lambda: None
+        """Called when something begins to fail or is healed."""
         self._lock: Final = threading.Lock()
         self._present: Present = MappingProxyType({})
         self._next_end = math.inf
@@ -63,6 +65,7 @@ class Faults:
         fault = Fault(part, kind, amount, now, math.inf if seconds is None else now + seconds)
         with self._lock:
             self._become({**self._present, (part, kind): fault})
+        self.on_change()
         return fault
 
     def check(self, part: str, kind: str, amount: float | None = None, seconds: float | None = None) -> float:
@@ -93,6 +96,7 @@ class Faults:
         with self._lock:
             if self._present:
                 self._become({of: fault for of, fault in self._present.items() if part not in {None, of[0]}})
+        self.on_change()
 
     def current(self) -> Present:
         """Return the failures of now: the same object until they change."""
