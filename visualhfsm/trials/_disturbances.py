@@ -37,6 +37,12 @@ class Disturbances:
             action = self._failure(part, kind, numbers) if part else self._action(each, numbers)
             self.later(numbers["at"], action)
 
+    def fail(self, what: str, at: float, begin: Callable[[], object]) -> None:
+        """Let a part fail at a time, such as `HeadYaw stuck`; `begin` is called then."""
+        part, _, kind = what.rpartition(" ")
+        failure = self._failure(part, kind, {"seconds": 0.0})
+        self.later(at, lambda: (begin(), failure()))
+
     def _failure(self, part: str, kind: str, numbers: Mapping[str, float]) -> Callable[[], object]:
         """Return what lets a part fail."""
         amount, seconds = numbers.get("amount"), numbers["seconds"] or None

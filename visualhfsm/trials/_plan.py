@@ -33,8 +33,14 @@ _KEPT: Final = ("number", "success", "reason", "states", "time", "calls", "cycle
 """The columns that the table has of each trial in any case."""
 _KINDS: Final = ("push", "move", "offline", "late", "fail")
 _MOST_DRAWS: Final = 10_000
+FAILURE: Final = "failure"
+FAILS_AT: Final = "fails at"
+"""The quantities of a failure that each trial has in turn."""
+FATE: Final = "fate"
+"""The group that says what became of the behavior then."""
 
 Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
+Failure = Annotated[str, Meta(pattern=r"^\S.* \w+\Z", description="write PART KIND, such as HeadYaw stuck")]
 Names = Annotated[tuple[str, ...], Meta(min_length=1)]
 Speed = Annotated[float, Meta(gt=0, le=100, description="write a speed above 0, at most 100")]
 Position = dict[str, Spread | Choice | float]
@@ -153,6 +159,10 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     """A function of the drawn values that returns whether they are possible; else all are drawn again."""
     disturbances: dict[str, Disturbance] = {}
     """The disturbances, by a name for each."""
+    failures: tuple[Failure, ...] = ()
+    """What fails in the trials, one in each, in turn: a part and how, such as `LKneePitch stuck`."""
+    fails_at: Spread | Choice | Time = 2.0
+    """When it does, in s of the trial."""
     success: Success = Success()
     numbers: dict[str, Function] = {}
     """Functions of the run that are called at its end, by the name of the number that each returns."""
@@ -178,6 +188,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
         found = {**self.scene, **{PARAMETERS + name: each for name, each in self.parameters.items()}}
         for name, disturbance in self.disturbances.items():
             found |= {f"{name}.{key}": each for key, each in disturbance.quantities.items()}
+        if self.failures:
+            found |= {FAILURE: self.failures, FAILS_AT: self.fails_at}
         return found
 
     @property
@@ -214,6 +226,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
         """Return the values of a trial; `accept` is the loaded function. Raises TrialsError."""
         for attempt in range(_MOST_DRAWS):
             values = draw_all(self.quantities, f"{self._drawn_as(number)}/{attempt}")
+            if self.failures:
+                values[FAILURE] = self.failures[(number - 1) % len(self.failures)]
             if accept is None or accept(values):
                 return values
         raise TrialsError.because(

@@ -26,9 +26,10 @@ from zenoh_ice.data.text import encodable
 
 from ._disturbances import Disturbances
 from ._errors import TrialsError
+from ._fate import Fate
 from ._functions import FunctionFailed, call_function
 from ._outcomes import Outcome, StateChange
-from ._plan import SAMPLED, Plan
+from ._plan import FAILS_AT, FAILURE, FATE, SAMPLED, Plan
 from ._quantities import Value, Values
 from ._scene import scene_of
 
@@ -182,7 +183,12 @@ class _Trial:
         self._distance = 0.0
         self._place: tuple[float, float] | None = None
         self._samples: dict[str, list[float]] = {name: [] for name in plan.samples}
-        Disturbances(behavior, plan.disturbances, values)
+        disturbances = Disturbances(behavior, plan.disturbances, values)
+        self._fate: Fate | None = None
+        if plan.failures:
+            self._fate = Fate(behavior, lambda: self._observed.cycles)
+            self.watchers.append(self._fate.watch)
+            disturbances.fail(str(values[FAILURE]), float(values[FAILS_AT]), self._fate.begin)
 
     def run(self) -> Outcome:
         """Run to the end: of success, of its limit, or of the behavior."""
@@ -199,6 +205,10 @@ class _Trial:
                 reason = str(failure)
             numbers = self._noted()
             groups = {name: self._call(each, _group) for name, each in self._plan.groups.items()}
+            if self._fate is not None:
+                reached = self._observed.reached is not None
+                groups[FATE] = self._fate.end(reached=reached, success=not reason)
+                numbers["walks on"] = self._fate.walked
         except FunctionFailed as failure:
             reason = reason or str(failure)
         except MemoryError:

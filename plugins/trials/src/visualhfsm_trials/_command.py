@@ -181,7 +181,7 @@ def _run_series(where: Where, plans: Sequence[Plan], out: Path | None, report: P
         file = place.with_name(place.name + SUFFIX)
         summaries.append(run_all(where, plan, file))
         if report is not None:
-            _write_page(where, report, plan, summaries[-1], file)
+            write_page(where, report, plan, summaries[-1], file)
     for summary, place in zip(summaries, places, strict=True):
         show(console, summary, place.name)
     if plans[0].success.state is None and plans[0].success.function is None:
@@ -227,7 +227,7 @@ def _places(plans: Sequence[Plan], out: Path | None) -> list[Path]:
     return [(out or Path(plan.document).parent) / stem for plan, stem in zip(plans, stems, strict=True)]
 
 
-def _write_page(where: Where, path: Path, plan: Plan, summary: Summary, file: Path) -> None:
+def write_page(where: Where, path: Path, plan: Plan, summary: Summary, file: Path) -> None:
     """Write the page of a series; its worst trials are run again, and recorded."""
     from ._page import write_trials_page
     from ._series import KeptSeries

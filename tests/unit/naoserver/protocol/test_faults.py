@@ -75,26 +75,19 @@ def test_an_amount_is_as_usual_if_none_is_given(robot):
 
 
 @pytest.mark.parametrize(
-    ("part", "kind", "amount", "seconds", "field", "said"),
+    ("given", "field", "said"),
     [
-        (
-            "Knee",
-            "stuck",
-            None,
-            None,
-            "part",
-            "there is no part 'Knee' that can fail; there are HeadYaw, Head",
-        ),
-        ("HeadYaw", "bent", None, None, "kind", "HeadYaw cannot be 'bent': it can be stuck, limp, slow"),
-        ("HeadYaw", "offset", 2.0, None, "amount", "the amount is 2, and must be from -0.5 to 0.5 rad"),
-        ("HeadYaw", "offset", math.nan, None, "amount", "must be from -0.5 to 0.5 rad"),
-        ("HeadYaw", "stuck", None, 0.0, "seconds", "seconds is 0: it must be above 0"),
-        ("HeadYaw", "weak", None, None, "kind", "cannot be 'weak'"),  # there are no forces
+        (("Knee", "stuck"), "part", "there is no part 'Knee' that can fail; there are HeadYaw, Head"),
+        (("HeadYaw", "bent"), "kind", "HeadYaw cannot be 'bent': it can be stuck, limp, slow"),
+        (("HeadYaw", "offset", 2.0), "amount", "the amount is 2, and must be from -0.5 to 0.5 rad"),
+        (("HeadYaw", "offset", math.nan), "amount", "must be from -0.5 to 0.5 rad"),
+        (("HeadYaw", "stuck", None, 0.0), "seconds", "seconds is 0: it must be above 0"),
+        (("HeadYaw", "weak"), "kind", "cannot be 'weak'"),  # there are no forces
     ],
 )
-def test_what_cannot_fail_so_is_refused_with_what_can(robot, part, kind, amount, seconds, field, said):
+def test_what_cannot_fail_so_is_refused_with_what_can(robot, given, field, said):
     with pytest.raises(InvalidCommand) as refusal:
-        robot.faults.inject(part, kind, amount, seconds)
+        robot.faults.inject(*given)
     assert (refusal.value.field, said in str(refusal.value)) == (field, True)
     assert not robot.faults.current()
 
