@@ -20,6 +20,7 @@ pytest_plugins = "pytester"
 
 RECIPES = [
     *("how-to/see-a-ball", "how-to/walk-to-a-place", "how-to/wait", "how-to/combine", "how-to/testing"),
+    "how-to/what-if",
     "reference/components",
     pytest.param(
         "../plugins/match/docs/localization",
