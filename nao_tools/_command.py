@@ -191,8 +191,8 @@ def eyes(
 
 @_command(
     "nao faults",
-    "nao faults LKneePitch",
-    "nao faults LKneePitch stuck",
+    "nao faults Camera",
+    "nao faults Camera frozen",
     "nao faults Camera late 0.5 --seconds 10",
     "nao faults --heal",
     # Negative numbers are not options.

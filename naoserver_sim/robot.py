@@ -20,7 +20,8 @@ from naoserver.bodies.parts import Steps, Wheels
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.protocol.expression import FadingLights, TimedSounds, TimedVoice
-from naoserver.protocol.faults import FailingEyes, FailingSenses, Faults
+from naoserver.protocol.failing_senses import FailingEyes, FailingSenses
+from naoserver.protocol.faults import Faults
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
@@ -48,7 +49,7 @@ from zenoh_ice import VirtualClock
 _SEED: Final = 0
 """The seed of the noise in virtual time, the same each time unless another one is given."""
 _SCATTER: Final = 86
-"""Tells the random numbers of failures from others of a seed."""
+"""What distinguishes the random numbers of failures from others of a seed."""
 _CAMERA_LIMITS: Final = CameraLimits()
 
 

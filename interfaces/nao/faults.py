@@ -73,8 +73,7 @@ class FaultsPrx(ice.ObjectPrx, id="::nao::Faults", fingerprint="de0f8640eac330b6
         seconds: float | None = None,
     ) -> Fault:
         """Let a part fail from now on, for some robot seconds or until it is healed. The newest failure of a
-        part and kind counts. Refused as a command of the robot is: a stopped robot is not changed by those
-        who may not command it.
+        part and kind counts. Refused as a command of the robot is.
         """
 
     @ice.operation(throws=(InvalidValueException,), optional=("part",), idempotent=True)

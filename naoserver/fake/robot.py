@@ -26,7 +26,8 @@ from naoserver.bodies.parts import Camera, CameraFacts, Coupling, JointFacts, Wh
 from naoserver.bodies.sight import CameraPlace, Thing
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, TimedVoice
-from naoserver.protocol.faults import FailingEyes, FailingSenses, Faults
+from naoserver.protocol.failing_senses import FailingEyes, FailingSenses
+from naoserver.protocol.faults import Faults
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.protocol.robot import BodyState, Frame, JointReading
 from naoserver.soccer_field import Field

@@ -16,7 +16,7 @@ from naoserver.bodies.capabilities import FootReading, InertialReading
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.bodies.parts import Sole
 from naoserver.body import Body
-from naoserver.protocol.faults import FailingSenses
+from naoserver.protocol.failing_senses import FailingSenses
 from naoserver_sim._body import SIDES
 from naoserver_sim._share import RobotData
 

@@ -23,7 +23,7 @@ from naoserver.bodies.kinematics import matrix_of
 from naoserver.bodies.parts import Battery, FallRules, Sonar
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
-from naoserver.protocol.faults import FailingSenses
+from naoserver.protocol.failing_senses import FailingSenses
 from naoserver_sim._motors import AMBIENT, Array
 from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim._simulator import Simulator

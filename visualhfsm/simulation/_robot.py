@@ -184,7 +184,7 @@ class RobotUnderTest:
     def fail(
         self, part: str, kind: str, amount: float | None = None, *, seconds: float | None = None
     ) -> None:
-        """Let a part fail from now on, such as `fail("LKneePitch", "stuck")`, as `Faults.inject` does.
+        """Let a part fail from now on, such as `fail("Camera", "frozen")`, as `Faults.inject` does.
 
         Raises InvalidCommand for what cannot fail so, with what can.
         """

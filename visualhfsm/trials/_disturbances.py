@@ -38,7 +38,7 @@ class Disturbances:
             self.later(numbers["at"], action)
 
     def fail(self, what: str, at: float, begin: Callable[[], object]) -> None:
-        """Let a part fail at a time, such as `HeadYaw stuck`; `begin` is called then."""
+        """Let a part fail at a time, such as `Camera black`; `begin` is called then."""
         part, _, kind = what.rpartition(" ")
         failure = self._failure(part, kind, {"seconds": 0.0})
         self.later(at, lambda: (begin(), failure()))

@@ -40,7 +40,7 @@ FATE: Final = "fate"
 """The group that says what became of the behavior then."""
 
 Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
-Failure = Annotated[str, Meta(pattern=r"^\S.* \w+\Z", description="write PART KIND, such as HeadYaw stuck")]
+Failure = Annotated[str, Meta(pattern=r"^\S.* \w+\Z", description="write PART KIND, such as Camera black")]
 Names = Annotated[tuple[str, ...], Meta(min_length=1)]
 Speed = Annotated[float, Meta(gt=0, le=100, description="write a speed above 0, at most 100")]
 Position = dict[str, Spread | Choice | float]
@@ -99,7 +99,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
             if lowest <= 0.0 or (isinstance(self.speed, tuple) and min(self.speed) <= 0.0):
                 raise ValueError("the speed may become 0: write from = 0.01, or more")
         if (self.fail is None) != (self.kind == "") or (self.fail is None and self.amount is not None):
-            raise ValueError('a failure has a part and a kind: fail = "HeadYaw", kind = "stuck"')
+            raise ValueError('a failure has a part and a kind: fail = "Camera", kind = "black"')
         if self.move is None and self.fail is None and self.seconds == 0.0:
             raise ValueError(f"say how long: seconds = 1.0, for {given[0]}")
 
@@ -160,7 +160,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     disturbances: dict[str, Disturbance] = {}
     """The disturbances, by a name for each."""
     failures: tuple[Failure, ...] = ()
-    """What fails in the trials, one in each, in turn: a part and how, such as `LKneePitch stuck`."""
+    """What fails in the trials, one in each, in turn: a part and how, such as `Camera black`."""
     fails_at: Spread | Choice | Time = 2.0
     """When it does, in s of the trial."""
     success: Success = Success()

@@ -213,27 +213,7 @@ def test_a_fall_is_not_noticed_with_a_dead_inertial_unit(made):
     assert robot.senses.falls.falls == 0
 
 
-# -- ways -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("body", "joint"),
-    [
-        ("H25", "LAnklePitch"),
-        ("H25", "LHipPitch"),
-        ("T1", "Left_Knee_Pitch"),
-        ("G1", "left_knee_joint"),
-        ("Cart", "LeftWheel"),
-    ],
-)
-def test_a_way_with_a_stuck_joint_ends_within_a_second_with_its_name(made, body, joint):
-    robot, clock = made(body, posture="StandInit" if body != "Cart" else None)
-    robot.walker.command(WalkVelocity(0.5 * robot.walker.limits.forward, 0.0, 0.0))
-    clock.advance(1.0)
-    robot.faults.inject(joint, "stuck")
-    clock.advance(1.0)
-    assert robot.walker.ended == f"{joint} does not follow its commands"
-    assert robot.walker.commanded() == WalkVelocity(0.0, 0.0, 0.0)
+# -- all of it ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("body", ["H25", "T1", "G1", "Cart"])

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _EPILOG: Final = examples(
     "sweep behaviors/follow_ball.xml",
     "sweep behaviors/score.xml --limit 40 --report score.html",
-    "sweep dance.xml --part HeadYaw --part Camera --moments 5",
+    "sweep dance.xml --part InertialUnit --part Camera --moments 5",
     notes="Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C.",
 )
 _SIDES: Final = (("L", "R"), ("Left", "Right"), ("left", "right"), ("l_", "r_"))
@@ -126,7 +126,7 @@ def sweep(
 def _failures(
     kinds: Mapping[str, Sequence[FaultKind]], only: Collection[str], *, both_sides: bool
 ) -> Iterator[str]:
-    """Yield what fails, such as `HeadYaw stuck`: of links the first alone, of two sides the left."""
+    """Yield what fails, such as `Camera black`: of links the first alone, of two sides the left."""
     loads = 0
     for part, each in kinds.items():
         if only and part not in only:
