@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from typing import Final
 
@@ -32,12 +31,13 @@ class Following:
         self._names: Final = [name for name, joint in ids.items() if joint in motors]
         self._motors: Final = np.array([motors[ids[name]] for name in self._names], np.intp)
         self._qpos: Final = np.array([mj.jnt_qposadr[ids[name]] for name in self._names], np.intp)
-        self._looks: deque[Array] = deque(maxlen=_LOOKS)
+        self._looks: Final[Array] = np.zeros((_LOOKS, 2, len(self._names)))
+        self._count = 0  # of looks since the motion began
         self._since = 0.0
 
     def begin(self) -> None:
         """Begin a motion."""
-        self._looks.clear()
+        self._count = 0
         self._since = _PERIOD
 
     def tick(self, seconds: float) -> str:
@@ -46,10 +46,12 @@ class Following:
         if self._since < _PERIOD - 1e-6:
             return ""
         self._since = 0.0
-        setpoints = self._simulator.setpoints.setpoints[self._motors]
-        self._looks.append(np.array((setpoints, self._simulator.newest().measured[self._qpos])))
-        if len(self._looks) < _LOOKS:
+        look = self._looks[self._count % _LOOKS]
+        look[0] = self._simulator.setpoints.setpoints[self._motors]
+        look[1] = self._simulator.newest().measured[self._qpos]
+        self._count += 1
+        if self._count < _LOOKS:
             return ""
-        commanded, done = np.ptp(np.array(self._looks), axis=0)
+        commanded, done = self._looks.max(axis=0) - self._looks.min(axis=0)
         astray = (commanded >= _COMMANDED) & (done < _FOLLOWED * commanded)
         return self._names[int(astray.argmax())] if astray.any() else ""

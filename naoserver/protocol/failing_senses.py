@@ -48,6 +48,11 @@ class FailingSenses:
         self._lock: Final = threading.Lock()
         self._kept: dict[tuple[Fault, object], Any] = {}
 
+    @property
+    def active(self) -> bool:
+        """Whether anything fails."""
+        return bool(self._faults.current())
+
     def inertial(self, reading: InertialReading, time: float) -> InertialReading:
         """Return a reading of the inertial unit at a time in s."""
         if not (present := self._faults.current()):

@@ -198,7 +198,7 @@ class SensorRecord:
         if self._averages:
             values[self._turning : self._turning + 3] = self._mean_turning(time, values)
         inertial = self._inertial(values, errors)
-        if self._failing is not None:
+        if self._failing is not None and self._failing.active:
             inertial = self._failing.inertial(inertial, time)
             if self._soles:
                 self._fail_feet(self._failing, values)
