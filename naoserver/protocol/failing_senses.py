@@ -119,20 +119,22 @@ class FailingSenses:
         """Return what eyes see that look through the cameras."""
         if not (present := self._faults.current()):
             return reading
-        things: list[SeenThing] = []
+        time, things = -math.inf, list[SeenThing]()
         for camera in self._rates:
             own = SightReading(
                 reading.time, tuple(thing for thing in reading.things if thing.camera == camera)
             )
             failing = {kind: fault for (part, kind), fault in present.items() if part == camera}
-            things += self._seen(own, failing) if failing else own.things
+            shown = self._seen(own, failing) if failing else own
+            time = max(time, shown.time)  # that of the newest picture, if some are frozen or late
+            things += shown.things
         things.sort(key=lambda thing: (thing.kind, -thing.certainty))
-        return replace(reading, things=tuple(things))
+        return SightReading(time, tuple(things))
 
-    def _seen(self, reading: SightReading, failing: Mapping[str, Fault]) -> tuple[SeenThing, ...]:
+    def _seen(self, reading: SightReading, failing: Mapping[str, Fault]) -> SightReading:
         """Return what one camera shows while it fails."""
         if "black" in failing:
-            return ()
+            return replace(reading, things=())
         if fault := failing.get("frozen"):
             now = reading
             reading = self._keep(fault, SightReading, lambda: now)
@@ -143,12 +145,13 @@ class FailingSenses:
             reading = self._late(fault, SightReading, reading)
         if fault := failing.get("blurred"):
             share = 1.0 / (1.0 + fault.amount / _HALF_AS_FAR)
-            return tuple(
+            near = tuple(
                 thing
                 for thing in reading.things
                 if thing.distance < share * self._farthest.get(thing.kind, math.inf)
             )
-        return reading.things
+            return replace(reading, things=near)
+        return reading
 
     def _keep(self, fault: Fault, what: object, take: Callable[[], T]) -> T:
         """Return what was there when something began to fail, or was asked for the first time since."""

@@ -244,6 +244,20 @@ def test_a_frozen_camera_shows_the_past(robot, clock):
     assert balls(robot) == seen
 
 
+def test_what_is_seen_has_the_time_of_the_newest_picture(robot, clock):
+    clock.advance(1.0)
+    robot.faults.inject("Camera", "frozen")
+    robot.eyes.look()
+    clock.advance(1.0)
+    assert robot.eyes.look().time == 2.0  # of the other camera
+    robot.faults.inject("CameraBottom", "frozen")
+    robot.eyes.look()
+    clock.advance(1.0)
+    assert robot.eyes.look().time == 2.0
+    robot.faults.heal("Camera")
+    assert robot.eyes.look().time == 3.0
+
+
 def test_late_pictures_are_as_old_as_that(robot, clock):
     robot.faults.inject("Camera", "late", 0.5)
     for _ in range(20):
