@@ -99,7 +99,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
             if lowest <= 0.0 or (isinstance(self.speed, tuple) and min(self.speed) <= 0.0):
                 raise ValueError("the speed may become 0: write from = 0.01, or more")
         if (self.fail is None) != (self.kind == "") or (self.fail is None and self.amount is not None):
-            raise ValueError('a failure has a part and a kind: fail = "Camera", kind = "black"')
+            raise ValueError('a failure has a part and a kind: fail = "Camera", kind = "frozen"')
         if self.move is None and self.fail is None and self.seconds == 0.0:
             raise ValueError(f"say how long: seconds = 1.0, for {given[0]}")
 

@@ -93,8 +93,20 @@ def _event(event: Disturbance) -> Message:
     if event.offline is not None:
         what = Message.verbatim(", ".join(event.offline)) if event.offline else Message("all servants")
         return Message("at {at} s: {what} offline for {lasts} s", at=at, what=what, lasts=lasts)
+    if event.fail is not None:
+        return _failure(event, event.fail, at, lasts)
     late = in_words(event.late if event.late is not None else 0.0)
     return Message("at {at} s: pictures {late} s late for {lasts} s", at=at, late=late, lasts=lasts)
+
+
+def _failure(event: Disturbance, part: str | tuple[str, ...], at: Message, lasts: Message) -> Message:
+    words = {"at": at, "part": in_words(part), "kind": in_words(event.kind)}
+    if event.amount is not None:
+        # The unit is that of the kind, which a body has: a plan alone does not know it.
+        words["kind"] = joined(" ", [words["kind"], in_words(event.amount)])
+    if event.seconds == 0.0:
+        return Message("at {at} s: {part} fails, {kind}", **words)
+    return Message("at {at} s: {part} fails, {kind}, for {lasts} s", lasts=lasts, **words)
 
 
 def _one_of(places: Sequence[Message]) -> Message:

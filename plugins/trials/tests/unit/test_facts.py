@@ -43,6 +43,18 @@ def test_numbers_of_a_quantity_have_the_comma_of_spanish() -> None:
         ),
         (Disturbance(at=1, offline=(), seconds=2), "at 1 s: all servants offline for 2 s"),
         (Disturbance(at=1, late=0.3, seconds=2), "at 1 s: pictures 0.3 s late for 2 s"),
+        (
+            Disturbance(at=1, fail="Camera", kind="frozen", seconds=2),
+            "at 1 s: Camera fails, frozen, for 2 s",
+        ),
+        (
+            Disturbance(at=1, fail=("HeadYaw", "LKneePitch"), kind=("stuck", "limp")),
+            "at 1 s: HeadYaw or LKneePitch fails, stuck or limp",
+        ),
+        (
+            Disturbance(at=1, fail="HeadYaw", kind="offset", amount=Spread(lowest=-0.1, highest=0.25)),
+            "at 1 s: HeadYaw fails, offset -0.1 to 0.25",
+        ),
     ],
 )
 def test_a_disturbance_is_said_in_words(disturbance: Disturbance, words: str) -> None:

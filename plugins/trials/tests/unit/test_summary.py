@@ -6,6 +6,7 @@ import csv
 import io
 import re
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rich.console import Console
 
 from tests.support.present import present
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm.trials import Outcome, Plan, Spread, StateChange, TrialsError
+from visualhfsm.trials import Disturbance, Outcome, Plan, Spread, StateChange, TrialsError, Value
 from visualhfsm_trials import Summary
 from visualhfsm_trials._comparison import Comparison
 from visualhfsm_trials._drawn import view_of
@@ -70,6 +71,30 @@ def test_the_rate_has_its_interval(summary: Summary) -> None:
         "  65 not in goal after 9 s in search",
         "  10 fell in search",
     ]
+
+
+def test_failures_that_are_drawn_are_groups_of_success() -> None:
+    breaks = Disturbance(at=1.0, fail=("HeadYaw", "HeadPitch"), kind=("stuck", "slow"))
+    plan = Plan(disturbances={"breaks": breaks})
+    outcomes = [
+        structs.replace(outcome(number), values=(values := plan.draw(number)), success=works(values))
+        for number in range(1, 41)
+    ]
+    shown = Summary(outcomes, plan.varying).dependences
+    rates = {name: {part.label: part.rate for part in parts} for name, parts in shown.items()}
+    assert {name: [*parts] for name, parts in rates.items()} == {
+        "breaks.fail": ["HeadPitch", "HeadYaw"],
+        "breaks.kind": ["slow", "stuck"],
+    }
+    pitch, yaw = rates["breaks.fail"]["HeadPitch"], rates["breaks.fail"]["HeadYaw"]
+    assert pitch.successes == pitch.trials > 0
+    assert 0 < yaw.successes < yaw.trials
+    assert rates["breaks.kind"]["slow"].successes == rates["breaks.kind"]["slow"].trials > 0
+
+
+def works(values: Mapping[str, Value]) -> bool:
+    """Return whether a robot that must turn its head can do so with what fails."""
+    return (values["breaks.fail"], values["breaks.kind"]) != ("HeadYaw", "stuck")
 
 
 def test_ways_to_fail_that_are_not_named_are_counted() -> None:

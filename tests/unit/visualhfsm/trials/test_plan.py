@@ -83,6 +83,21 @@ def test_the_places_to_which_a_ball_is_carried_are_numbered(place: Path) -> None
     assert (values["carried.2.pan"], values["carried.2.height"]) == (-1, 0.4)
 
 
+def test_part_kind_and_amount_of_a_failure_are_drawn(place: Path) -> None:
+    place.write_text(
+        '[disturbances.breaks]\nat = 1\nfail = ["HeadYaw", "HeadPitch"]\nkind = ["offset", "noisy"]\n'
+        "amount = { from = 0.05, to = 0.1 }"
+    )
+    plan = read_plan(place)
+    assert plan.varying == ("breaks.amount", "breaks.fail", "breaks.kind")
+    drawn = [plan.draw(number) for number in range(1, 41)]
+    assert {(each["breaks.fail"], each["breaks.kind"]) for each in drawn} == {
+        *(("HeadYaw", "offset"), ("HeadYaw", "noisy"), ("HeadPitch", "offset"), ("HeadPitch", "noisy"))
+    }
+    assert all(0.05 <= float(each["breaks.amount"]) <= 0.1 for each in drawn)
+    assert {each["breaks.seconds"] for each in drawn} == {0.0}
+
+
 def test_a_trial_is_the_same_whatever_is_drawn_beside_it() -> None:
     plan = Plan(document="x.xml", scene={"x": Spread(lowest=0, highest=1)})
     assert plan.draw(3) == plan.draw(3) != plan.draw(4)
@@ -123,7 +138,7 @@ def test_a_plan_that_accepts_nothing_is_refused() -> None:
             "parameters.x: world is no number, so it has no deviation",
         ),
         ('[success]\nfunction = "judge"', ":2: success.function = 'judge': write FILE.py:FUNCTION"),
-        ("[disturbances.a]\nat = 1", "a disturbance has one of push, move, offline, late; here: none"),
+        ("[disturbances.a]\nat = 1", "a disturbance has one of push, move, offline, late, fail; here: none"),
         ("[disturbances.a]\nat = 1\npush = 3", "say how long: seconds = 1.0, for push"),
         ('[disturbances.a]\nat = 1\nmove = "Ball"', "say where Ball is put"),
         (
@@ -138,6 +153,26 @@ def test_a_plan_that_accepts_nothing_is_refused() -> None:
         ),
         ("[disturbances.a]\nat = []\npush = 3\nseconds = 1", "disturbances.a.at"),
         ("[disturbances.a]\nat = -1\npush = 3\nseconds = 1", "disturbances.a.at = -1"),
+        ('[disturbances.a]\nat = 1\nfail = "HeadYaw"', "a failure has a part and a kind"),
+        ('[disturbances.a]\nat = 1\nkind = "stuck"', "here: none"),
+        (
+            '[disturbances.a]\nat = 1\nlate = 0.3\nseconds = 1\nkind = "stuck"',
+            "a failure has a part and a kind",
+        ),
+        (
+            "[disturbances.a]\nat = 1\npush = 3\nseconds = 1\namount = 0.1",
+            "a failure has a part and a kind",
+        ),
+        (
+            '[disturbances.a]\nat = 1\nlate = 0.3\nfail = "Camera"\nkind = "late"',
+            "one of push, move, offline, late, fail; here: late, fail",
+        ),
+        ('[disturbances.a]\nat = 1\nfail = []\nkind = "stuck"', "disturbances.a.fail"),
+        ('[disturbances.a]\nat = 1\nfail = "HeadYaw"\nkind = []', "disturbances.a.kind"),
+        (
+            '[disturbances.a]\nat = 1\nfail = "HeadYaw"\nkind = "offset"\namount = "much"',
+            "disturbances.a.amount",
+        ),
         ("x = [", "not TOML"),
     ],
 )

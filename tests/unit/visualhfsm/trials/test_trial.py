@@ -285,6 +285,13 @@ def test_a_ball_that_is_carried_once_stays_there() -> None:
             "cannot be moved to far: write x, y and z, or pan",
         ),
         (Disturbance(at=1.0, push=30.0, seconds=0.1), "only the simulated robot can be pushed"),
+        (Disturbance(at=1.0, fail="Knee", kind="stuck"), "Knee cannot fail: .* there are HeadYaw, HeadPitch"),
+        (Disturbance(at=1.0, fail="HeadYaw", kind="black"), "HeadYaw cannot be 'black': it can be stuck"),
+        (Disturbance(at=1.0, fail="HeadYaw", kind="weak"), "HeadYaw cannot be 'weak'"),  # without forces
+        (
+            Disturbance(at=1.0, fail="HeadYaw", kind="offset", amount=2.0),
+            "the amount is 2, and must be from -0.5 to 0.5 rad",
+        ),
     ],
 )
 def test_a_disturbance_that_cannot_happen_is_refused_at_once(disturbance: Disturbance, message: str) -> None:
@@ -358,6 +365,54 @@ def test_late_pictures_are_as_old_as_they_are_said_to_be(tmp_path: Path, look: s
         for disturbances in ({"jump": jump}, {"jump": jump, "late": late})
     ]
     assert seen[1] - seen[0] == pytest.approx(0.6, abs=0.15)
+
+
+def test_what_fails_is_drawn_from_several_parts_and_kinds(tmp_path: Path) -> None:
+    (tmp_path / "follow_ball.xml").write_bytes(Path(FOLLOW).read_bytes())
+    (tmp_path / "judge.py").write_text(
+        "def turned(run):\n    return abs(run.robot.head[0] - 0.4) < 0.1\n", encoding="utf-8"
+    )
+    drawn = plan(
+        str(tmp_path / "follow_ball.xml"),
+        robot="fake",
+        success=Success(function="judge.py:turned"),
+        scene={"BallGreen.pan": 0.0, "BallGreen.distance": 1.0},
+        disturbances={
+            "breaks": Disturbance(at=0.2, fail=("HeadYaw", "HeadPitch"), kind=("stuck", "slow")),
+            "jump": Disturbance(at=0.5, move="BallGreen", to={"pan": 0.4}),
+        },
+    )
+    assert drawn.varying == ("breaks.fail", "breaks.kind")
+    successes: dict[tuple[object, object], set[bool]] = {}
+    for number in range(1, 9):
+        outcome = run_trial(drawn, number)
+        assert outcome.error == ""
+        failure = outcome.values["breaks.fail"], outcome.values["breaks.kind"]
+        successes.setdefault(failure, set()).add(outcome.success)
+    assert successes == {
+        ("HeadYaw", "stuck"): {False},
+        ("HeadYaw", "slow"): {True},
+        ("HeadPitch", "stuck"): {True},
+        ("HeadPitch", "slow"): {True},
+    }
+
+
+def test_a_failure_with_an_end_is_over_then() -> None:
+    # It searches half a second after it has lost the ball.
+    outcomes = [
+        run_trial(
+            plan(
+                FOLLOW,
+                "search",
+                robot="fake",
+                limit=4.0,
+                disturbances={"blind": Disturbance(at=0.5, fail="Camera", kind="black", seconds=seconds)},
+            ),
+            1,
+        )
+        for seconds in (0.3, 3.0)
+    ]
+    assert [outcome.success for outcome in outcomes] == [False, True]
 
 
 def test_while_code_sleeps_the_trial_is_looked_at_and_ends_at_its_limit(tmp_path: Path) -> None:
