@@ -53,6 +53,11 @@ def moves_ball(pan: float) -> Callable[[Behavior], object]:
     return lambda run: run.robot.ball("green").place(pan=pan, distance=1.0, height=0.6)
 
 
+def freezes(run: Behavior) -> None:
+    """Let the upper camera of a Nao show one picture for some seconds."""
+    run.robot.fail("Camera", "frozen", seconds=3.0)
+
+
 def hears(sentence: str) -> Callable[[Behavior], object]:
     """Return what says a sentence to the robot."""
     return lambda run: run.robot.hear(sentence)
@@ -103,6 +108,12 @@ EXERCISES: Final[Mapping[str, Scene]] = {
     "wake_up": Scene(seconds=6.0, acts={0.0: moves_ball(3.1), 1.5: moves_ball(0.0), 4.5: moves_ball(3.1)}),
     "walk": Scene(world="empty", skip=1.0, seconds=12.0, faster=3.0, distance=1.9),
     "ball": Scene(world="soccer", ball=(0.95, 0.15), seconds=9.0, faster=2.0, distance=1.7),
+    "notice": Scene(
+        seconds=7.5,
+        faster=1.5,
+        distance=1.9,
+        acts={0.0: moves_ball(0.0), 2.0: freezes, 4.0: moves_ball(0.15)},
+    ),
     "goal": Scene(
         world="soccer",
         robot=(3.2, 0.0),
