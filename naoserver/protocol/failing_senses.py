@@ -25,6 +25,7 @@ from naoserver.bodies.faults import Fault
 from naoserver.body import Body
 from naoserver.protocol.faults import Faults
 from naoserver.protocol.robot import Frame
+from naoserver.soccer_field import Field
 
 _HALF_AS_FAR: Final = 4.0
 """Blur in pixels with which eyes see things half as far; assumed."""
@@ -192,6 +193,11 @@ class FailingEyes:
     def __init__(self, eyes: Eyes, senses: FailingSenses) -> None:
         self._eyes: Final = eyes
         self._senses: Final = senses
+
+    @property
+    def field(self) -> Field:
+        """The field that they look for."""
+        return self._eyes.field
 
     def look(self) -> SightReading:
         """Return what is seen now, through cameras that may fail."""
