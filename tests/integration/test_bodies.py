@@ -19,7 +19,7 @@ from tests.support.conformance import motors
 from tests.support.limits import FOREVER
 from tests.support.robot_server import clock_at, eventually, served_to_client, wait_for
 
-ALWAYS = {"Body", "Clock", "Description", "Health", "Safety", "Team"}
+ALWAYS = {"Body", "Clock", "Description", "Faults", "Health", "Safety", "Team"}
 BALLS = {f"Ball{color}{part}" for color in ("Red", "Green") for part in ("Motors", "Encoders")}
 MOVING = {"Motors", "Encoders", "Walk"}
 NECK = {"NeckMotors", "NeckEncoders", "NeckSpeed", "Head"}

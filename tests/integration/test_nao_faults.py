@@ -9,22 +9,23 @@ import pytest
 
 from naoserver.fake import FakeRobot
 from tests.support.nao_command import at, nao
-from tests.support.robot_server import ServedRobot, served
+from tests.support.robot_server import served
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[ServedRobot]:
-    with served(FakeRobot()) as server, at(server.endpoint, server.realm):
-        yield server
+def served_robot() -> Iterator[FakeRobot]:
+    robot = FakeRobot()
+    with served(robot) as server, at(server.endpoint, server.realm):
+        yield robot
 
 
-@pytest.fixture(autouse=True)
-def _healed(server: ServedRobot) -> Iterator[None]:
-    yield
-    server.robot.faults.heal()
+@pytest.fixture
+def robot(served_robot: FakeRobot) -> Iterator[FakeRobot]:
+    yield served_robot
+    served_robot.faults.heal()
 
 
-def test_what_is_injected_is_listed_until_all_is_healed(server: ServedRobot) -> None:
+def test_what_is_injected_is_listed_until_all_is_healed(robot: FakeRobot) -> None:
     assert "nothing was made to fail" in nao("faults").out
     assert nao("faults", "HeadYaw", "stuck").out == "HeadYaw fails: stuck, until it is healed\n"
     injected = nao("faults", "HeadPitch", "offset", "-0.2", "--seconds", "60").out
@@ -35,12 +36,13 @@ def test_what_is_injected_is_listed_until_all_is_healed(server: ServedRobot) -> 
         ("HeadPitch", "offset"),
     ]
     assert nao("faults", "HeadYaw", "--heal").out == "HeadYaw works again\n"
-    assert [part for part, _ in server.robot.faults.current()] == ["HeadPitch"]
+    assert [part for part, _ in robot.faults.current()] == ["HeadPitch"]
     assert nao("faults", "--heal").out == "all works again\n"
-    assert not server.robot.faults.current()
+    assert not robot.faults.current()
 
 
-def test_a_part_says_how_it_can_fail_and_how_much(server: ServedRobot) -> None:
+@pytest.mark.usefixtures("robot")
+def test_a_part_says_how_it_can_fail_and_how_much() -> None:
     said = nao("faults", "Camera").out
     assert "late" in said
     assert "0 to 10 s, 0.5 usually" in said
@@ -58,8 +60,8 @@ def test_a_part_says_how_it_can_fail_and_how_much(server: ServedRobot) -> None:
         (["--bent"], 2, "there is no option --bent"),
     ],
 )
-def test_what_cannot_be_is_refused(server: ServedRobot, words: list[str], code: int, said: str) -> None:
+def test_what_cannot_be_is_refused(robot: FakeRobot, words: list[str], code: int, said: str) -> None:
     result = nao("faults", *words)
     assert result.code == code
     assert said in " ".join(result.err.replace("│", " ").split())
-    assert not server.robot.faults.current()
+    assert not robot.faults.current()

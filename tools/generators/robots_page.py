@@ -190,6 +190,7 @@ _ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]
     ("Description of its body", nao.DescriptionPrx, _yes),
     ("Ground truth", nao.GroundTruthPrx, _yes),
     ("Scene", nao.ScenePrx, _scenes),
+    ("What is made to fail", nao.FaultsPrx, _yes),
 )
 
 

@@ -69,9 +69,8 @@ def test_closed_shells_face_outwards_on_both_sides():
 
 def picture_of(model, data):
     """Return what the body's first camera sees."""
-    state = Snapshot(
-        0.0, data.qpos, data.qvel, data.ctrl, data.ctrl, data.ctrl, data.ctrl, data.qpos, data.qvel
-    )
+    of_motors = data.ctrl, data.ctrl, data.ctrl, data.ctrl
+    state = Snapshot(0.0, data.qpos, data.qpos, data.qvel, *of_motors, data.qpos, data.qvel)
     renderer = CameraRenderer(model.mj, model.cameras, lambda _: state, Lamps(model.mj, dict), virtual=True)
     with closing(renderer):
         return np.array(renderer.capture(model.cameras[0].name, 320, 240).pixels)

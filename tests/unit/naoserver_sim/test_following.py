@@ -31,7 +31,9 @@ def go():
         robots.append(robot)
         robot.start()
         clock.advance(1.0)
-        robot.walker.command(WalkVelocity(0.5 * robot.walker.limits.forward, 0.0, 0.0))
+        walker = robot.walker
+        assert walker is not None
+        walker.command(WalkVelocity(0.5 * walker.limits.forward, 0.0, 0.0))
         clock.advance(1.0)
         return robot, clock
 

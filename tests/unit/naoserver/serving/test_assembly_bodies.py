@@ -47,7 +47,7 @@ def served(robot, clock):
 @pytest.mark.parametrize("name", BODY_NAMES)
 def test_the_fake_robot_serves_what_its_body_has(name):
     body, clock = find_body(name), VirtualClock()
-    assert served(FakeRobot(clock, body=body), clock) == expected(body)
+    assert served(FakeRobot(clock, body=body), clock) == expected(body) | {"Faults"}
 
 
 @pytest.mark.sim
@@ -55,7 +55,7 @@ def test_the_fake_robot_serves_what_its_body_has(name):
 def test_the_simulated_robot_serves_what_its_body_has(name):
     body, clock = find_body(name), VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False, body=body)
-    stage = {"GroundTruth", "Hearing", "Scene", "CameraOutside"}
+    stage = {"Faults", "GroundTruth", "Hearing", "Scene", "CameraOutside"}
     assert served(robot, clock) == expected(body) | stage
     robot.close()
 

@@ -1,6 +1,8 @@
 """The servant that lets parts of a robot fail."""
 
 import math
+from contextlib import closing
+from typing import Any
 
 import pytest
 
@@ -8,6 +10,7 @@ from interfaces.jderobot import CommandRefusedException, InvalidValueException
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
+from naoserver_sim.robot import SimulatedRobot
 from tests.support.teams import current
 from zenoh_ice import VirtualClock
 
@@ -85,13 +88,8 @@ def test_its_health_says_what_was_made_to_fail(faults, assembly):
 
 @pytest.mark.sim
 def test_a_reset_of_the_scene_heals_the_robot(clock):
-    from naoserver_sim.robot import SimulatedRobot
-
-    robot = SimulatedRobot(clock=clock, skin=False)
-    try:
-        servants = Assembly(robot, ServerOptions(), clock).servants
-        servants["Faults"].inject("HeadYaw", "stuck", None, None, current())
-        servants["Scene"].reset(current())
+    with closing(SimulatedRobot(clock=clock, skin=False)) as robot:
+        scene: Any = Assembly(robot, ServerOptions(), clock).servants["Scene"]
+        robot.faults.inject("HeadYaw", "stuck")
+        scene.reset(current())
         assert not robot.faults.current()
-    finally:
-        robot.close()
