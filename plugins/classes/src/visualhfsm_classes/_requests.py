@@ -26,8 +26,8 @@ from zenoh_ice.transport import Arrived, Inlet, Outcome
 
 Ask = Callable[[Message, type[Any], str], Any]
 
-_JUDGES: Final = frozenset({"Scene", "GroundTruth"})
-"""Servants that only who judges may use: they say where everything is, and put it elsewhere."""
+_JUDGES: Final = frozenset({"Scene", "GroundTruth", "Faults"})
+"""Servants that only judges may use: they say where things are, put them elsewhere, let the robot fail."""
 _MOST_STREAMS: Final = 100
 _LONGEST_QUEUE: Final = 100
 _SLOWEST_RATE: Final = 1e-3

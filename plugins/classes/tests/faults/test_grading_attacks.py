@@ -542,29 +542,46 @@ def test_in_one_process_it_is_within_reach(reached: Mapping[str, str], name: str
     assert reached[name] == "0"
 
 
-MOVES_THE_BALL: Final = document(
-    sub(
-        1,
-        0,
-        state(1, "attack", "self.Ball.setPose3DMotorsData(Pose3DMotorsData())\ndone = True", initial=True),
-        state(2, "good"),
-        transition(1, 1, 2, "done"),
-        variables="done = False",
-    ),
-    libraries=("from interfaces.jderobot import Pose3DMotorsData",),
-    config="<iceinterface><nameinterface>Ball</nameinterface><nameproxy>BallGreenMotors</nameproxy>"
-    "<interface>Pose3DMotors</interface></iceinterface>",
+def out_of_reach(call: str, library: str, identity: str, interface: str) -> str:
+    """Return a document that calls a servant."""
+    return document(
+        sub(
+            1,
+            0,
+            state(1, "attack", f"{call}\ndone = True", initial=True),
+            state(2, "good"),
+            transition(1, 1, 2, "done"),
+            variables="done = False",
+        ),
+        libraries=(library,),
+        config=f"<iceinterface><nameinterface>It</nameinterface><nameproxy>{identity}</nameproxy>"
+        f"<interface>{interface}</interface></iceinterface>",
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "library", "identity", "interface"),
+    [
+        (
+            "self.It.setPose3DMotorsData(Pose3DMotorsData())",
+            "from interfaces.jderobot import Pose3DMotorsData",
+            "BallGreenMotors",
+            "Pose3DMotors",
+        ),
+        ("self.It.inject('HeadYaw', 'stuck')", "math", "Faults", "Faults"),
+    ],
+    ids=["the ball", "failures"],
 )
-
-
-def test_the_ball_is_out_of_reach(tmp_path: Path, containment: Containment) -> None:
+def test_what_is_for_judges_is_out_of_reach(
+    tmp_path: Path, containment: Containment, call: str, library: str, *, identity: str, interface: str
+) -> None:
     path = tmp_path / "ana.xml"
-    path.write_text(MOVES_THE_BALL, encoding="utf-8")
+    path.write_text(out_of_reach(call, library, identity, interface), encoding="utf-8")
     plan = Plan(document=str(path), robot="fake", limit=1.0, success=Success(state="good", upright=False))
     assert run_trial(plan, 1).success
     outcome = run_trial(plan, 1, simulate=containment.simulate)
     assert not outcome.success
-    assert "a submission cannot reach BallGreenMotors: it is for who judges" in outcome.reason
+    assert f"a submission cannot reach {identity}: it is for who judges" in outcome.reason
 
 
 ANSWERS_WITH_ERRORS: Final = document(
