@@ -100,6 +100,8 @@ def test_an_exception_that_ends_a_thread_fails_a_test_and_stops_the_robot(tmp_pa
 
 HEAD = """<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy>
 <interface>PoseHead</interface></iceinterface>"""
+BODY = """<iceinterface><nameinterface>Body</nameinterface><nameproxy>Body</nameproxy>
+<interface>Joints</interface></iceinterface>"""
 FUTURE = "self.heard = self.Head.getPose.begin()\n    self.heard.add_done_callback(self.hear)"
 STREAM = "self.heard = self.Head.getPose.subscribe(self.hear)"
 
@@ -125,11 +127,11 @@ def test_an_exception_in_a_callback_is_an_error_of_its_component(
     assert run.halted == bool(run.calls("Head.stop")) == (policy is not OnError.CONTINUE)
 
 
-def following(folder: Path, behavior: MakeBehavior) -> Any:
+def following(folder: Path, behavior: MakeBehavior, stream: str = STREAM) -> Any:
     """Return a behavior whose callback of a stream commands the head."""
     follows = "heard = None\ndef hear(self, what):\n    self.Head.setPose(0.1, 0.0, 0.5)"
-    root = sub(1, 0, state(1, "a", f"if not self.heard:\n    {STREAM}", initial=True), functions=follows)
-    return behavior(type(load(compile_to(folder, document(root, config=HEAD)))), robot="fake")
+    root = sub(1, 0, state(1, "a", f"if not self.heard:\n    {stream}", initial=True), functions=follows)
+    return behavior(type(load(compile_to(folder, document(root, config=HEAD + BODY)))), robot="fake")
 
 
 def test_a_command_that_is_refused_to_a_callback_pauses_the_component(
@@ -152,7 +154,7 @@ def test_a_command_that_is_refused_to_a_callback_pauses_the_component(
 def test_a_callback_is_called_again_after_its_server_was_offline(
     behavior: MakeBehavior, tmp_path: Path
 ) -> None:
-    run = following(tmp_path, behavior)
+    run = following(tmp_path, behavior, STREAM.replace("Head.getPose", "Body.getJointState"))
     run.advance(0.5)
     with run.server_offline("Head"):
         run.advance(0.5)

@@ -22,6 +22,7 @@ MOVES_NOTHING = {
     "::jderobot::Camera": "takes images; others may be watching when a component ends",
     "::jderobot::ArDroneExtra": "no robot of ours has it; whether a drone should land is for its pilot",
     "::jderobot::Pose3D": "no robot of ours has it; saying where a robot is moves nothing",
+    "::nao::Faults": "lets parts of a simulation fail until somebody heals them; no behavior asks for it",
     "::nao::Leds": "a light moves nothing, a fade ends by itself, and the last color shows how it ended",
     "::nao::Safety": "refuses commands, and stops the robot itself",
     "::nao::Scene": "sets the stage of a simulation; a push and a press end by themselves",
