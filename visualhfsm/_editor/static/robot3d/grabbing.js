@@ -8,10 +8,11 @@
  *   push: (force: Point, seconds: number) => Promise<unknown>, report: (message: string) => void}} Handlers
  */
 
-import {ArrowHelper, Color, Plane, Raycaster, Vector2, Vector3} from "three";
+import {ArrowHelper, Color, Plane, Vector3} from "three";
 
 import {messageOf} from "../kit/notices.js";
 import {t} from "../kit/texts.js";
+import {aim} from "./aiming.js";
 import {WorldDrawing} from "./world-drawing.js";
 
 const UP = new Vector3(0, 0, 1);
@@ -75,7 +76,6 @@ export class Grabbing {
   }
 
   #ended = new AbortController();
-  #ray = new Raycaster();
   /**
    * What is held: a thing with the way from the point where it is held to its origin, or the robot; and the plane in
    * which that point moves.
@@ -85,18 +85,10 @@ export class Grabbing {
   #held = undefined;
 
   /** @param {PointerEvent} event */
-  #aim({clientX, clientY}) {
-    const {left, top, width, height} = this.drawing.stage.getBoundingClientRect();
-    const at = new Vector2((2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height);
-    this.#ray.setFromCamera(at, this.drawing.viewpoints.camera);
-    return this.#ray;
-  }
-
-  /** @param {PointerEvent} event */
   #down(event) {
     const {drawing} = this;
     if (!this.enabled || event.button !== 0 || event.target !== drawing.renderer.domElement || this.#held) return;
-    const ray = this.#aim(event);
+    const ray = aim(drawing, event);
     const hit = drawing.world.hit(ray);
     if (hit) {
       const {object, point} = hit;
@@ -125,10 +117,10 @@ export class Grabbing {
     const held = this.#held;
     if (!held) {
       if (this.enabled && !event.buttons)
-        drawing.stage.classList.toggle("grabbable", Boolean(drawing.world.hit(this.#aim(event))));
+        drawing.stage.classList.toggle("grabbable", Boolean(drawing.world.hit(aim(drawing, event))));
       return;
     }
-    const at = this.#aim(event).ray.intersectPlane(held.plane, new Vector3());
+    const at = aim(drawing, event).ray.intersectPlane(held.plane, new Vector3());
     if (!at || at.distanceTo(held.begin) > REACH) return;
     if (held.object) {
       this.carrier.carry(held.object.name, at.add(held.offset));

@@ -12,28 +12,17 @@
  * @typedef {{meaning: Meaning, automaton: Automaton, state: State, child: number, several: boolean}} Aim
  */
 
-import {
-  Color,
-  Group,
-  Mesh,
-  MeshBasicMaterial,
-  Plane,
-  Raycaster,
-  RingGeometry,
-  SphereGeometry,
-  Vector2,
-  Vector3,
-} from "three";
+import {Color, Group, Mesh, MeshBasicMaterial, Plane, RingGeometry, SphereGeometry, Vector3} from "three";
 
 import {apply} from "../data/commands.js";
 import {page} from "../data/page.js";
 import {monitor} from "../run/monitor.js";
+import {aim as rayOf, onClick} from "./aiming.js";
 import {dispose} from "./shapes.js";
 
 const UP = new Vector3(0, 0, 1);
 const FLOOR = new Plane(UP, 0);
 const DEGREES = 180 / Math.PI;
-const STILL = 5; // pixels that the pointer may move in a click
 const FARTHEST = 20; // m from the robot
 const AHEAD = 1; // m from the robot where a direction is marked
 const NEAR = 1.5; // m from which the mark is as large as it is
@@ -131,17 +120,11 @@ export class Pointing {
     );
     this.mark.visible = false;
     drawing.scene.add(this.mark);
-    const listen = (/** @type {string} */ kind, /** @type {(event: any) => void} */ handler) =>
-      drawing.stage.addEventListener(kind, handler, {capture: true, signal: this.#ended.signal});
-    listen("pointerdown", (event) => (this.#down = event.button === 0 ? event : undefined));
-    listen("pointerup", (event) => this.#up(event));
-    listen("pointercancel", () => (this.#down = undefined));
+    onClick(drawing, this.#ended.signal, (event) => this.#take(event));
     monitor.addEventListener("snapshot", () => this.#follow(), {signal: this.#ended.signal});
   }
 
   #ended = new AbortController();
-  /** @type {PointerEvent | undefined} */
-  #down = undefined;
   /** When each state was entered last, and from where its numbers count then. @type {Map<string, Entry>} */
   #entries = new Map();
 
@@ -185,19 +168,10 @@ export class Pointing {
   }
 
   /** @param {PointerEvent} event */
-  #up(event) {
-    const down = this.#down;
-    this.#down = undefined;
-    const {body, renderer} = this.drawing;
+  #take(event) {
+    const {body} = this.drawing;
     const {aimed} = this;
-    if (
-      down?.target !== renderer.domElement ||
-      !aimed ||
-      !body ||
-      !down ||
-      Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > STILL
-    )
-      return;
+    if (!aimed || !body) return;
     const from = standOf(body);
     const to = this.#pointedAt(event, body);
     if (!to || to.distanceTo(from.at) > FARTHEST) return;
@@ -215,16 +189,10 @@ export class Pointing {
   }
 
   /** The place on the floor, or the thing, at which somebody points. @param {PointerEvent} event @param {Body} body */
-  #pointedAt({clientX, clientY}, body) {
-    const {stage, viewpoints, world} = this.drawing;
-    const {left, top, width, height} = stage.getBoundingClientRect();
-    const ray = new Raycaster();
-    ray.setFromCamera(
-      new Vector2((2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height),
-      viewpoints.camera,
-    );
+  #pointedAt(event, body) {
+    const ray = rayOf(this.drawing, event);
     if (ray.intersectObject(body.torso, true).length) return undefined;
-    return world.hit(ray)?.object.position ?? ray.ray.intersectPlane(FLOOR, new Vector3()) ?? undefined;
+    return this.drawing.world.hit(ray)?.object.position ?? ray.ray.intersectPlane(FLOOR, new Vector3()) ?? undefined;
   }
 
   close() {
