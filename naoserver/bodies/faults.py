@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
 from naoserver.bodies.body import Body
+from zenoh_ice.data.text import sentence
 
 
 class FaultKind(NamedTuple):
@@ -35,33 +36,41 @@ SOUNDS: Final = "Sounds"
 LEDS: Final = "Leds"
 
 _JOINT: Final = (
-    FaultKind("stuck", "it does not turn any more, whatever its motor does"),
-    FaultKind("limp", "its motor gives no torque; only the gear's friction holds it"),
-    FaultKind("weak", "its motor gives only a share of its torque", "share", 0.0, 1.0, 0.3),
-    FaultKind("slow", "it follows at only a share of its highest speed", "share", 0.01, 1.0, 0.2),
-    FaultKind("backlash", "its gear has so much play", "rad", 0.0, 0.5, 0.1),
-    FaultKind("frozen", "its encoder reports the same angle again and again"),
-    FaultKind("offset", "its encoder is wrong by so much", "rad", -0.5, 0.5, 0.1),
-    FaultKind("noisy", "its encoder scatters by so much", "rad", 0.0, 0.2, 0.03),
+    FaultKind("stuck", sentence("it does not turn any more, whatever its motor does")),
+    FaultKind("limp", sentence("its motor gives no torque; only the gear's friction holds it")),
+    FaultKind("weak", sentence("its motor gives only a share of its torque"), "share", 0.0, 1.0, 0.3),
+    FaultKind("slow", sentence("it follows at only a share of its highest speed"), "share", 0.01, 1.0, 0.2),
+    FaultKind("backlash", sentence("its gear has so much play"), "rad", 0.0, 0.5, 0.1),
+    FaultKind("frozen", sentence("its encoder reports the same angle again and again")),
+    FaultKind("offset", sentence("its encoder is wrong by so much"), "rad", -0.5, 0.5, 0.1),
+    FaultKind("noisy", sentence("its encoder scatters by so much"), "rad", 0.0, 0.2, 0.03),
 )
-_DEAD: Final = "it reports nothing but zeros"
-_STUCK: Final = "it reports what it felt last"
+_DEAD: Final = sentence("it reports nothing but zeros")
+_STUCK: Final = sentence("it reports what it felt last")
 _INERTIAL: Final = (
     FaultKind("dead", _DEAD),
-    FaultKind("drifting", "its pitch runs away at so much in a second", "rad/s", -0.5, 0.5, 0.05),
+    FaultKind("drifting", sentence("its pitch runs away at so much in a second"), "rad/s", -0.5, 0.5, 0.05),
 )
 _FEELS: Final = (FaultKind("dead", _DEAD), FaultKind("stuck", _STUCK))
-_SONAR: Final = (FaultKind("dead", "it hears no echo"), FaultKind("stuck", "it reports what it heard last"))
-_TOUCH: Final = (FaultKind("dead", "it feels nothing"), FaultKind("stuck", "it stays pressed"))
-_CAMERA: Final = (
-    FaultKind("black", "its pictures are black"),
-    FaultKind("frozen", "its last picture is all that comes, with its time"),
-    FaultKind("blurred", "its pictures are out of focus by so many pixels", "pixels", 0.5, 20.0, 4.0),
-    FaultKind("late", "its pictures come so much later", "s", 0.0, 10.0, 0.5),
-    FaultKind("halved", "pictures come at only a share of its rate", "share", 0.01, 1.0, 0.5),
+_SONAR: Final = (
+    FaultKind("dead", sentence("it hears no echo")),
+    FaultKind("stuck", sentence("it reports what it heard last")),
 )
-_ROBOT: Final = FaultKind("held", "somebody holds it by its trunk")
-_LINK: Final = FaultKind("loaded", "it carries so much more", "kg", 0.0, 5.0, 0.5)
+_TOUCH: Final = (
+    FaultKind("dead", sentence("it feels nothing")),
+    FaultKind("stuck", sentence("it stays pressed")),
+)
+_CAMERA: Final = (
+    FaultKind("black", sentence("its pictures are black")),
+    FaultKind("frozen", sentence("its last picture is all that comes, with its time")),
+    FaultKind(
+        "blurred", sentence("its pictures are out of focus by so many pixels"), "pixels", 0.5, 20.0, 4.0
+    ),
+    FaultKind("late", sentence("its pictures come so much later"), "s", 0.0, 10.0, 0.5),
+    FaultKind("halved", sentence("pictures come at only a share of its rate"), "share", 0.01, 1.0, 0.5),
+)
+_ROBOT: Final = FaultKind("held", sentence("somebody holds it by its trunk"))
+_LINK: Final = FaultKind("loaded", sentence("it carries so much more"), "kg", 0.0, 5.0, 0.5)
 
 
 def kinds_of(body: Body, *, physics: bool) -> dict[str, tuple[FaultKind, ...]]:
@@ -77,7 +86,9 @@ def _each(body: Body, *, physics: bool) -> Iterator[tuple[str, tuple[FaultKind, 
     joint_kinds = tuple(kind for kind in _JOINT if physics or kind.name != "weak")
     if (heat := body.motor_heat) is not None:
         usual = (heat.hot + heat.too_hot) / 2
-        hot = FaultKind("hot", "its motor is so hot, and gives less torque", "°C", 25.0, 150.0, usual)
+        hot = FaultKind(
+            "hot", sentence("its motor is so hot, and gives less torque"), "°C", 25.0, 150.0, usual
+        )
         joint_kinds += (hot,)
     yield from ((joint.name, joint_kinds) for joint in body.joints if not joint.passive)
     yield from ((camera.name, _CAMERA) for camera in body.cameras)
@@ -89,12 +100,12 @@ def _each(body: Body, *, physics: bool) -> Iterator[tuple[str, tuple[FaultKind, 
     if body.sonar is not None:
         yield SONAR, _SONAR
     if body.battery is not None:
-        yield BATTERY, (FaultKind("low", "its charge is so low", "share", 0.0, 1.0, 0.05),)
+        yield BATTERY, (FaultKind("low", sentence("its charge is so low"), "share", 0.0, 1.0, 0.05),)
     if body.lights:
-        yield LEDS, (FaultKind("dark", "none of its lights shines"),)
+        yield LEDS, (FaultKind("dark", sentence("none of its lights shines")),)
     if body.voice:
-        yield SPEECH, (FaultKind("silent", "nobody hears what it says"),)
-        yield SOUNDS, (FaultKind("silent", "nobody hears its sounds"),)
+        yield SPEECH, (FaultKind("silent", sentence("nobody hears what it says")),)
+        yield SOUNDS, (FaultKind("silent", sentence("nobody hears its sounds")),)
     if physics:
         yield ROBOT, () if body.mounted else (_ROBOT,)
         yield from ((link.name, (_LINK,)) for link in body.links)

@@ -60,8 +60,11 @@ class Faults:
         if amount is None or not found.unit:
             amount = found.usual
         if not found.least <= amount <= found.greatest:
-            span = f"from {found.least:g} to {found.greatest:g} {found.unit}"
-            raise InvalidCommand("amount", f"{part} {kind}: the amount is {amount:g}, and must be {span}")
+            least, greatest, unit = found.least, found.greatest, found.unit
+            raise InvalidCommand(
+                "amount",
+                f"{part} {kind}: the amount is {amount:g}, and must be from {least:g} to {greatest:g} {unit}",
+            )
         if seconds is not None and not 0.0 < seconds <= _LONGEST:
             raise InvalidCommand(
                 "seconds", f"seconds is {seconds:g}: it must be above 0 and at most {_LONGEST:g}"

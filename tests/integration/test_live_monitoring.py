@@ -517,7 +517,7 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
                 body = content["body"]
             elif "world" in content:
                 seen = {(shape["object"], shape["kind"]) for shape in content["world"]}
-            else:
+            elif "torso" in content:
                 state = content
             if (
                 body
@@ -568,6 +568,47 @@ def test_the_page_hears_what_the_robot_says_and_plays_until_it_is_silent(robot: 
             await asyncio.to_thread(sounds.stop)
             silent = await next_heard(lambda found: not found["says"] and not found["sound"])
             assert silent == {"says": "", "sound": ""}
+        await stream.aclose()
+
+    on_page(robot, go)
+
+
+def test_the_page_lets_a_part_fail_sees_it_and_heals_it(robot: ServedRobot) -> None:
+    async def go(opened: Page) -> None:
+        stream = opened.service.poses("es")
+
+        async def failing(fails: list[dict[str, object]]) -> Any:
+            """Wait for the next news of what fails, which must be these."""
+            async for frame in stream:
+                if (found := json.loads(frame).get("failing")) and found["can"]:
+                    assert found["now"] == fails
+                    return found["can"]
+            return None
+
+        head = {"part": "HeadYaw", "kind": "offset", "amount": 0.2}
+        foot = {"part": "LHandBack", "kind": "dead", "amount": 0.0}
+        can = await failing([])
+        (joints,) = (each for each in can if "HeadYaw" in each["parts"])
+        (camera,) = (each for each in can if "Camera" in each["parts"])
+        assert {"LKneePitch", "RHand"} <= {*joints["parts"]}
+        assert camera["kinds"][0] == {
+            "name": "black",
+            "text": "sus imágenes son negras",
+            "unit": "",
+            "least": 0.0,
+            "greatest": 0.0,
+            "usual": 0.0,
+        }
+        await opened.service.set_faults("inject", head)
+        assert await failing([head]) == can
+        await opened.service.set_faults("inject", {"part": "LHandBack", "kind": "dead"})
+        await failing([head, foot])
+        with pytest.raises(VisualHfsmError, match=r"the amount is 9, and must be from -0\.5 to 0\.5 rad"):
+            await opened.service.set_faults("inject", head | {"amount": 9.0})
+        await opened.service.set_faults("heal", {"part": "HeadYaw"})
+        await failing([foot])
+        await opened.service.set_faults("heal", {"part": None})
+        await failing([])
         await stream.aclose()
 
     on_page(robot, go)

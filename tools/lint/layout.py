@@ -22,7 +22,6 @@ TESTED_BY: Final = {
     "nao_tools/_listing.py": "integration/test_nao_command.py",
     "nao_tools/_status.py": "integration/test_nao_command.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
-    "visualhfsm/_monitor/steering.py": "doors/test_run_and_watch.py",
     "visualhfsm/testing/_coverage.py": "unit/visualhfsm/testing/test_plugin.py",
     "visualhfsm/testing/_results.py": "unit/visualhfsm/testing/test_plugin.py",
 }

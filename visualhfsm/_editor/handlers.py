@@ -195,3 +195,5 @@ for steers in p.Steering.__subclasses__():
     _on(steers, steering.steer, Lane.BESIDE)
 for sets in p.SceneRequest.__subclasses__():
     _on(sets, steering.set_scene, Lane.BESIDE)
+for fails in p.FaultRequest.__subclasses__():
+    _on(fails, steering.set_faults, Lane.BESIDE)

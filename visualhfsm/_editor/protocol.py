@@ -558,6 +558,24 @@ class SayToRobot(SceneRequest):
     text: Name
 
 
+class FaultRequest(BaseRequest):
+    """An operation of a robot whose parts can be made to fail, in `interfaces/faults.idl`."""
+
+
+class Inject(FaultRequest):
+    """Let a part fail until it is healed, by its usual amount if none is given."""
+
+    part: Name
+    kind: Name
+    amount: float | None = None
+
+
+class Heal(FaultRequest):
+    """End all failures of a part, and of every part where none is named."""
+
+    part: Name | None = None
+
+
 class Facts(BaseRequest):
     """Ask for the constants of the robot: `RobotFacts`."""
 
@@ -636,7 +654,7 @@ REQUESTS: Final = [
     found
     for found in [*globals().values()]
     if isinstance(found, type) and issubclass(found, BaseRequest) and not found.__name__.startswith("_")
-    if found not in (BaseRequest, SceneRequest, Steering, TabEdit, TabRequest)
+    if found not in (BaseRequest, FaultRequest, SceneRequest, Steering, TabEdit, TabRequest)
 ]
 """The requests of the page itself."""
 VIEWS: Final = find_views(REQUESTS)

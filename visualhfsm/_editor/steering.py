@@ -40,6 +40,11 @@ async def set_scene(workspace: Workspace, _: Window, request: p.SceneRequest) ->
     return await workspace.parts.followers.set_scene(*_operation(request))
 
 
+async def set_faults(workspace: Workspace, _: Window, request: p.FaultRequest) -> None:
+    """Call an operation of the failures of a robot, which has the name of the request."""
+    await workspace.parts.followers.set_faults(*_operation(request))
+
+
 def _operation(request: p.Request) -> tuple[str, dict[str, Any]]:
     """Return the name of a request and its fields."""
     arguments = {name: getattr(request, name) for name in request.__struct_fields__ if name != "id"}

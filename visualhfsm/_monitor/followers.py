@@ -37,7 +37,7 @@ from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
 from .open_recordings import OpenRecordings
 from .poses import PoseStream
 from .recorder import Recorder
-from .steering import operate, reset_robot, set_scene, stand_robot
+from .steering import operate, reset_robot, set_faults, set_scene, stand_robot
 from .stopping import StopReport, stop_once, stop_robot
 
 _POLL_INTERVAL: Final = 0.01  # s
@@ -203,6 +203,10 @@ class Followers:
     async def set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
         """Call an operation of the world of a simulation, and return its result."""
         return await set_scene(self._communicator, action, arguments)
+
+    async def set_faults(self, action: str, arguments: Mapping[str, Any]) -> None:
+        """Let a part of the robot fail, or heal it."""
+        await set_faults(self._communicator, action, arguments)
 
     async def facts(self) -> RobotFacts:
         """Return the constants of the robot."""

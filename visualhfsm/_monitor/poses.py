@@ -3,8 +3,9 @@
 The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
 ground truth, it determines all places. All frames are JSON: those with a field `body` name the robot by the
 hash of its description, which the page asks for once, those with a field `world` contain the shapes of the
-world, those with a field `heard` what the robot says and plays, and the others are a `BodyState`. The page
-computes the places of the links (`static/robot3d/body.js`).
+world, those with a field `heard` what the robot says and plays, those with a field `failing` what of it can
+fail and what does, and the others are a `BodyState`. The page computes the places of the links
+(`static/robot3d/body.js`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Shape
 from visualhfsm._base.languages import ENGLISH, encoder
+from visualhfsm._monitor.realm.faults import NOTHING
 from visualhfsm._monitor.realm.robot import RobotMonitor
 from visualhfsm._monitor.realm.world import Placement
 
@@ -59,13 +61,14 @@ class PoseStream:
     async def frames(self, language: str = ENGLISH) -> AsyncGenerator[bytes, None]:
         """Yield the robot, the world, then states at most 30 times a second whenever they have changed.
 
-        Another robot, a new world and what is heard are sent before the next state; why a robot cannot be
-        drawn is said in a language, one of LANGUAGES.
+        Another robot, a new world, what is heard and what fails are sent before the next state; why a robot
+        cannot be drawn, and how it can fail, is said in a language, one of LANGUAGES.
         """
         encode = encoder(language).encode
         body = b""
         world: Sequence[Shape] | None = None
         heard = ("", "")
+        failing = NOTHING
         before, sent = b"", -math.inf
         while True:
             began = time.monotonic()
@@ -79,6 +82,9 @@ class PoseStream:
             if (now := self._robot.heard()) != heard:
                 heard = now
                 yield encode({"heard": dict(zip(("says", "sound"), heard, strict=True))})
+            if (fails := self._robot.faults.failing()) != failing:
+                failing = fails
+                yield encode({"failing": failing})
             state = encode(self.state())
             if state != before or began - sent > _REPEAT:
                 before, sent = state, began

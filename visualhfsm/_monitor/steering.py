@@ -13,10 +13,11 @@ from typing import Any, Final
 from codegen.messages import Message
 from interfaces.hfsm import Explanation, HfsmMonitorPrx, ReloadReport
 from interfaces.jderobot import InvalidValueException
-from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
+from interfaces.nao import FaultsPrx, GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.recognition import recognized
 from visualhfsm._monitor.realm.explanations import translate_explanation
+from visualhfsm._monitor.realm.faults import FAULTS
 from visualhfsm._monitor.realm.realm import RELOAD_PATIENCE, refusals
 from zenoh_ice import (
     Communicator,
@@ -53,6 +54,14 @@ async def set_scene(communicator: Communicator, action: str, arguments: Mapping[
         raise VisualHfsmError.because("there is no simulation: only its world can be changed")
     scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
     return await _call(getattr(scene, action), arguments, Message("the simulation"))
+
+
+async def set_faults(communicator: Communicator, action: str, arguments: Mapping[str, Any]) -> None:
+    """Let a part of a robot that is not real fail, or heal it. Raises VisualHfsmError."""
+    if FAULTS not in communicator.identities():
+        raise VisualHfsmError.because("there is no robot here whose parts can be made to fail")
+    faults = FaultsPrx.uncheckedCast(communicator.stringToProxy(FAULTS))
+    await _call(getattr(faults, action), arguments, Message("the robot"))
 
 
 async def reset_robot(communicator: Communicator) -> None:

@@ -26,6 +26,7 @@ from naoserver.bodies.description import (
     start_of,
     write_looks,
 )
+from naoserver.bodies.faults import FEET, ROBOT
 from naoserver.bodies.parts import NO_TURN, Axis, HingeAxis, Link
 from naoserver.body import Body, read_description, write_body
 from naoserver.errors import RobotError
@@ -89,6 +90,12 @@ def describe(body: str, looks: str) -> DescribedRobot:
         "title": found.title or found.name,
         "links": [_link(link, found) for link in found.links],
         "soles": {sole.link: [[*point, -sole.height] for point in sole.outline] for sole in found.soles},
+        "places": {
+            ROBOT: [link.name for link in found.links],
+            FEET: [sole.link for sole in found.soles],
+            **{camera.name: [camera.link] for camera in found.cameras},
+            **{name: [sensor.link] for name, sensor in found.touch.items()},
+        },
         **msgspec.to_builtins(drawn),
     }
     if found.cameras:

@@ -25,6 +25,7 @@ from interfaces.nao import (
 )
 from visualhfsm._monitor.realm.body import BODY, STALE, BodyMonitor, Others
 from visualhfsm._monitor.realm.description import DescribedRobot
+from visualhfsm._monitor.realm.faults import FaultMonitor
 from visualhfsm._monitor.realm.realm import DRY_RUN_PREFIX, MONITOR_PREFIX, Newest, PolledValue, has_interface
 from visualhfsm._monitor.realm.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
@@ -123,12 +124,14 @@ class RobotMonitor:
         self.world: Final = WorldMonitor(communicator)
         self.others: Final = Others(communicator)
         """The other robots of its world, which who draws them updates."""
+        self.faults: Final = FaultMonitor(communicator)
         self._speech = Newest(SpeechPrx.uncheckedCast(proxy("Speech")).getSpeech.latest)
         self._sound = Newest(SoundsPrx.uncheckedCast(proxy("Sounds")).getSound.latest)
 
     def update(self) -> None:
         """Request missing data; without a robot, request nothing."""
         self.world.update()
+        self.faults.update()
         self._body.update()
         if self._body.is_present:
             self._limits.poll()

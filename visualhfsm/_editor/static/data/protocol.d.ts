@@ -72,9 +72,11 @@ export interface Answers {
   generate: Written;
   goTo: Undone;
   guessRobot: OwnRobot;
+  heal: null;
   hello: Greeting;
   identities: Record<string, string[]>;
   imported: Automaton[];
+  inject: null;
   inline: Done;
   interfaces: InterfaceDescription[];
   judge: Judged;
@@ -1023,12 +1025,16 @@ export interface Requests {
   goTo: {tab: number; revision: number};
   /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
   guessRobot: {path: string};
+  /** End all failures of a part, and of every part where none is named. */
+  heal: {part?: string | null};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
   /** Ask for the servants of the realm, each with the type ids of its interfaces. */
   identities: {};
   /** Ask for the content of the automata that a document imports from other files. */
   imported: {tab: number};
+  /** Let a part fail until it is healed, by its usual amount if none is given. */
+  inject: {part: string; kind: string; amount?: number | null};
   /** Copy the content of an imported automaton into the document. */
   inline: {tab: number; automaton: number};
   /** Ask for the interfaces that documents may declare, with their operations. */
