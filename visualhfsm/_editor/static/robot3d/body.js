@@ -1,4 +1,8 @@
-/** The links of the robot's body as three.js groups, nested as the links carry each other. */
+/**
+ * The links of the robot's body as three.js groups, nested as the links carry each other.
+ *
+ * @import {Object3D} from "three"
+ */
 
 import {
   Box3,
@@ -27,6 +31,9 @@ const LEANING = 0.1;
 /** Metres between the floor and the origins of the links of a lying body, about. */
 const THICKNESS = 0.05;
 
+/** Radius in m of shapes that others hide, such as of a neck. */
+const HIDDEN = 0.04;
+
 /** Metres above the floor below which all of a standing sole lies. */
 const TOUCHING = 0.006;
 
@@ -44,13 +51,13 @@ const LIFT = 0.003;
  *   sliding?: boolean}} Link `origin` and `turn`, a quaternion x, y, z, w, are those of its frame in its parent's while
  *   its joint is at 0; the joint turns it about `axis` in its own frame, or moves it along that
  * @typedef {{link: string, position: Triple, tilt: number}} Eye where it sees from; radians downwards
- * @typedef {{links: Link[], soles: Record<string, Triple[]>, eye?: Eye}} DescribedBody as
- *   visualhfsm/_monitor/realm/description.py makes it
+ * @typedef {{links: Link[], soles: Record<string, Triple[]>, eye?: Eye, places?: Record<string, string[]>}} DescribedBody
+ *   as visualhfsm/_monitor/realm/description.py makes it; `places` are the links on which sensors sit
  */
 
 export class Body {
   /** @param {DescribedBody} described @param {import("three").ColorRepresentation} [color] of the marks of contacts */
-  constructor({links, soles, eye}, color = 0x2f7de1) {
+  constructor({links, soles, eye, places = {}}, color = 0x2f7de1) {
     /** Each sits at its parent joint. @type {Map<string, Group>} */
     this.links = new Map();
     /** @type {{link: Group, joint: string, axis: Vector3, sliding: boolean, origin: Vector3, turn: Quaternion}[]} */
@@ -65,6 +72,7 @@ export class Body {
       const zero = {origin: link.position.clone(), turn: link.quaternion.clone()};
       this.joints.push({link, joint, axis: new Vector3(...axis), sliding, ...zero});
     }
+    this.places = places;
     this.eye = eye ?? {link: links[0].name, position: [0, 0, 0], tilt: 0};
     this.torso = this.#link(links[0].name);
     this.soles = Object.entries(soles).map(([name, outline]) => {
@@ -98,6 +106,20 @@ export class Body {
     this.torso.updateMatrixWorld(true);
     for (const {foot, outline, mark} of this.soles)
       mark.visible = outline.every((point) => point.clone().applyMatrix4(foot.matrixWorld).z < TOUCHING);
+  }
+
+  /**
+   * The shapes in which a part is seen: those of a link, of what a joint turns, of what a sensor sits on, and of the torso
+   * for what has no known place. Of what is not seen, those that carry it.
+   *
+   * @param {string} part
+   */
+  shapesOf(part) {
+    const turned = this.joints.find(({joint}) => joint === part)?.link ?? this.links.get(part);
+    const sitsOn = this.places[part]?.map((name) => this.#link(name)) ?? [this.torso];
+    const links = turned ? [turned] : sitsOn;
+    const seen = links.flatMap(shapesIn);
+    return seen.length ? seen : links.flatMap(({parent}) => (parent instanceof Group ? shapesIn(parent) : []));
   }
 
   /** The link that carries the first camera. */
@@ -185,11 +207,21 @@ export class Body {
   }
 }
 
+/** The shapes of a link; if they are hidden in others, with those that it carries. @param {Object3D} link @returns {Mesh[]} */
+function shapesIn(link) {
+  const own = /** @type {Mesh[]} */ (link.children.filter((each) => each instanceof Mesh && each.castShadow)); // marks cast none
+  const isSeen = own.some(({geometry}) => {
+    if (!geometry.boundingSphere) geometry.computeBoundingSphere();
+    return required(geometry.boundingSphere, "sphere").radius > HIDDEN;
+  });
+  return isSeen ? own : [...own, ...link.children.flatMap(shapesIn)];
+}
+
 /**
  * How far the farthest corner of a link's parts, and of the links that it carries, can be from its origin; without
  * `legs`, from its z axis.
  *
- * @param {import("three").Object3D} link @param {import("three").Object3D[]} [legs]
+ * @param {Object3D} link @param {Object3D[]} [legs]
  */
 function reachOf(link, legs) {
   /** @param {Vector3} at */

@@ -16,9 +16,11 @@ import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "../run/element.js";
 import {receiveFrames} from "./frames.js";
 import {Grabbing} from "./grabbing.js";
+import {isEnabled, perform} from "../kit/registry.js";
 import {monitor} from "../run/monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 import {scrubbing} from "../run/scrubbing.js";
+import {WhatIf} from "./what-if.js";
 
 const IDLE = 200; // ms between two frames that are received but not shown
 /** @type {WorldShape[]} */
@@ -42,7 +44,7 @@ export class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
   /** @type {typeof MonitorElement.watches} */
-  static watches = {page: ["change"], store: ["document"]};
+  static watches = {page: ["change"], store: ["document", "robot"]};
   static properties = {
     problem: {state: true},
     message: {state: true},
@@ -100,6 +102,8 @@ export class RobotView extends MonitorElement {
     this.pointing = undefined;
     /** The other robot of the world that the view follows, until *Home* is chosen. */
     this.watched = "";
+    /** What fails, and is to fail. */
+    this.whatIf = new WhatIf(this);
     /** Whether this browser cannot draw in 3D. */
     this.impossible = false;
   }
@@ -118,7 +122,7 @@ export class RobotView extends MonitorElement {
             html`<button type="button" title=${title} @click=${() => this.#look(id)}>${label}</button>`,
         )}
         ${
-          this.#mayTouch
+          this.#mayTouch && !this.asks
             ? [
                 toggle(
                   "push",
@@ -138,6 +142,13 @@ export class RobotView extends MonitorElement {
             : nothing
         }
         ${
+          this.#mayFail
+            ? toggle("what-if-button", t("What if…"), t("Let a part of the robot fail"), this.asks, () =>
+                this.#toggleWhatIf(),
+              )
+            : nothing
+        }
+        ${
           monitor.looking && !store.exported
             ? toggle(
                 "video",
@@ -150,7 +161,7 @@ export class RobotView extends MonitorElement {
         }
       </div>
       <div class="stage">${this.#caption()}</div>
-      ${this.#mayTouch && this.says ? this.#sentence() : nothing}
+      ${this.#mayTouch && this.says ? this.#sentence() : nothing} ${this.whatIf.render()}
       <p class="robot-hint faint ${problem === undefined ? "" : "problem"}" role="status">
         ${problem ?? (this.message || this.#hint())}
       </p>
@@ -162,9 +173,32 @@ export class RobotView extends MonitorElement {
     return this.simulated && !monitor.looking && !viewing.on;
   }
 
+  /** Whether parts of the robot that is shown can be made to fail. */
+  get #mayFail() {
+    return Boolean(this.whatIf.failing.can.length) && !store.exported && isEnabled("whatIf", this.context);
+  }
+
+  /** Whether the present robot is shown. */
+  get isNow() {
+    return !monitor.body && !monitor.isDryRun;
+  }
+
+  /** Whether it is asked what should fail, for which there is no room above the code. */
+  get asks() {
+    return this.whatIf.open && this.#mayFail && !this.closest(".dock");
+  }
+
+  /** Ask what should fail, in the panel, or no longer. */
+  #toggleWhatIf() {
+    if (!this.asks) return perform("whatIf", this.context);
+    this.whatIf.open = false;
+    this.message = "";
+    return this.requestUpdate();
+  }
+
   /** Whether the selected state can get a place that is pointed at. */
   get #mayPoint() {
-    return !this.pushes && !this.watched && !monitor.looking && !monitor.recording && !viewing.on;
+    return !this.asks && !this.pushes && !this.watched && !monitor.looking && !monitor.recording && !viewing.on;
   }
 
   /** What is heard, in a region that is always there, so that screen readers read what comes into it. */
@@ -222,6 +256,7 @@ export class RobotView extends MonitorElement {
   #hint() {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
       return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
+    if (this.asks) return t("Click a part of the robot to choose it, and again for what else is there.");
     if (this.watched) return t("This is {name}. Home returns to your own robot.", {name: this.watched});
     const aimed = this.aims && this.pointing?.aimed;
     if (aimed) return t("Click a place for the state “{name}”.", {name: aimed.state.name});
@@ -238,6 +273,7 @@ export class RobotView extends MonitorElement {
     this.#wear();
     this.#learn();
     this.#showPast();
+    this.whatIf.show();
     if (this.pointing) {
       this.pointing.enabled = this.#mayPoint && store.online;
       this.pointing.show();
@@ -245,7 +281,7 @@ export class RobotView extends MonitorElement {
     }
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;
-    this.grabbing.pushes = this.pushes;
+    this.grabbing.pushes = this.pushes && !this.asks;
   }
 
   /** What was drawn is kept when it moves to another place of the page. */
@@ -259,6 +295,7 @@ export class RobotView extends MonitorElement {
     this.frames?.close();
     this.grabbing?.close();
     this.pointing?.close();
+    this.whatIf.end();
     this.heard = SILENT;
     this.drawing?.close();
     this.frames = this.drawing = this.grabbing = this.pointing = this.shown = undefined;
@@ -277,6 +314,7 @@ export class RobotView extends MonitorElement {
       this.dispatchEvent(new Event("impossible"));
       return;
     }
+    this.whatIf.begin(this.drawing);
     this.grabbing = new Grabbing(this.drawing, {
       place: async (name, position) => {
         await letRest(name);
@@ -296,6 +334,7 @@ export class RobotView extends MonitorElement {
           await this.#wear();
         } else if (content.world) this.#learn(content.world);
         else if (content.heard) this.heard = content.heard;
+        else if (content.failing) this.whatIf.learn(content.failing);
         else await this.#showNow(content);
       },
       lost: (reason) => {
@@ -347,6 +386,7 @@ export class RobotView extends MonitorElement {
     const hash = monitor.recording?.body ?? (monitor.dryRunBody || this.body);
     if (hash === this.worn || !this.drawing) return;
     this.worn = hash;
+    this.whatIf.painting?.clear();
     this.drawing.clear();
     if (!hash) return;
     try {
@@ -355,6 +395,7 @@ export class RobotView extends MonitorElement {
       this.drawing.build(described);
       this.sees = described.eye !== undefined;
       this.robotTitle = described.title;
+      this.requestUpdate();
       this.dispatchEvent(new Event("moved"));
       this.#showPast();
     } catch {

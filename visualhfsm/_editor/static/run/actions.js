@@ -12,6 +12,8 @@ import {STOP_KEY, stopRobot} from "./stop.js";
 const followed = () => Boolean(monitor.component);
 /** Whether there is something to show live: a component, or at least a robot. */
 const hasLive = () => followed() || store.robot.status === "present";
+/** Whether parts of the present robot can be made to fail: no real one serves that. */
+const canFail = () => store.robot.status === "present" && store.robot.serves.includes("Faults");
 const steers = () => monitor.steers;
 /** Whether the component runs, as far as is known. */
 const runs = () => monitor.isLive && !monitor.ended && !monitor.since && store.online;
@@ -273,6 +275,20 @@ export const monitorActions = [
     checked: ({app}) => app.showsRobot,
   },
   {id: "robotView", label: t("Robot in 3D"), icon: "robot", enabled: hasLive, run: ({app}) => app.showLive("view")},
+  {
+    id: "whatIf",
+    label: t("What if…"),
+    icon: "flask",
+    enabled: () => canFail() && !monitor.looking && !monitor.recording && !monitor.isDryRun && store.online,
+    listed: canFail,
+    opens: true,
+    run: async ({app}) => {
+      await app.showLive("view");
+      return (await import("../robot3d/robot-view.js")).theView().whatIf.ask();
+    },
+    hint: t("let a part of the robot fail, and heal it"),
+    words: t("fault, failure, broken, stuck, limp, defect"),
+  },
   {
     id: "cameras",
     label: t("Cameras"),

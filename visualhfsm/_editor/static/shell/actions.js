@@ -493,7 +493,7 @@ export const MENUS = [
     title: t("View"),
     groups: [
       ["layoutDraw", "layoutRun", "layoutLookBack"],
-      ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
+      ["robotDock", "robotView", "whatIf", "cameras", "livePanel", "timeline"],
       ["problems", "output", "tests", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme", "language", "newWindow"],
