@@ -14,8 +14,12 @@ _PERIOD: Final = 0.05
 """Seconds between two looks."""
 _LOOKS: Final = 13
 """Looks on which a verdict stands: those of 0.6 s, more than a step of any robot here."""
+_SURE: Final = 3
+"""Looks in a row in which a joint does not follow until that is said."""
 _COMMANDED: Final = 0.1
 """Least range in rad of a joint's setpoints in this time of which there is a verdict."""
+_BEHIND: Final = 0.3
+"""Distance in rad from its setpoints, all the time, at which it does not follow: 0.05 at most is usual."""
 _FOLLOWED: Final = 0.2
 """Share of this range that it must go: with noise, joints that follow go a third of it at least."""
 
@@ -34,11 +38,13 @@ class Following:
         self._looks: Final[Array] = np.zeros((_LOOKS, 2, len(self._names)))
         self._count = 0  # of looks since the motion began
         self._since = 0.0
+        self._astray = np.zeros(len(self._names), np.intp)  # looks in which each did not follow, to the last
 
     def begin(self) -> None:
         """Begin a motion."""
         self._count = 0
         self._since = _PERIOD
+        self._astray[:] = 0
 
     def tick(self, seconds: float) -> str:
         """Advance by some seconds; return the name of a joint that does not follow, or an empty text."""
@@ -53,5 +59,8 @@ class Following:
         if self._count < _LOOKS:
             return ""
         commanded, done = self._looks.max(axis=0) - self._looks.min(axis=0)
-        astray = (commanded >= _COMMANDED) & (done < _FOLLOWED * commanded)
-        return self._names[int(astray.argmax())] if astray.any() else ""
+        behind = np.abs(self._looks[:, 0] - self._looks[:, 1]).min(axis=0)
+        astray = (commanded >= _COMMANDED) & (done < _FOLLOWED * commanded) | (behind > _BEHIND)
+        # A wall holds all wheels, and a robot that is thrown over leans soon.
+        self._astray = np.where(astray & (not astray.all()), self._astray + 1, 0)
+        return self._names[int(self._astray.argmax())] if self._astray.max() >= _SURE else ""

@@ -28,6 +28,8 @@ LYING: Final = sentence("it lies, or it falls; make it stand up first")
 OFF_ITS_FEET: Final = sentence("it does not stand on its feet")
 TILT: Final = math.radians(50)
 """Tilt of the trunk beyond which a robot is falling, and does not move."""
+_UPRIGHT: Final = math.radians(20)
+"""Tilt of the trunk beyond which joints say nothing of themselves: something throws the robot over."""
 FIRM: Final = 0.5
 """Least stiffness of the motors with which it moves or balances."""
 STILL_RATE: Final = 0.1
@@ -172,17 +174,20 @@ class Locomotion(ABC):
         """Return the velocity that it has to follow to reach a commanded one."""
         return velocity
 
-    def _check_headway(self, seconds: float, velocity: WalkVelocity, now: Odometry) -> None:
-        """End a motion at a velocity that does not get on; `now` is the place at the end of some seconds."""
+    def _check_headway(self, seconds: float, velocity: WalkVelocity, now: Odometry, tilt: float) -> None:
+        """End a motion at a velocity that does not get on, or whose joints do not follow.
+
+        `now` is the place at the end of some seconds, `tilt` that of the trunk in rad.
+        """
         if velocity == STILL:
             self._headway.begin()
         elif not self._headway.tick(seconds, velocity, now):
             self._end(STUCK)
-        self._check_following(seconds, velocity)
+        self._check_following(seconds, velocity, tilt)
 
-    def _check_following(self, seconds: float, velocity: WalkVelocity) -> None:
+    def _check_following(self, seconds: float, velocity: WalkVelocity, tilt: float) -> None:
         """End a motion whose joints do not follow."""
-        if velocity == STILL:
+        if velocity == STILL or tilt > _UPRIGHT:
             self._following.begin()
         elif joint := self._following.tick(seconds):
             self._end(sentence(f"{joint} does not follow its commands"))

@@ -59,7 +59,7 @@ class DifferentialDrive(Locomotion):
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
             self.abandon(hindrance)
             return
-        self._check_following(seconds, self._velocity)
+        self._check_following(seconds, self._velocity, self._sensors.newest.inertial.tilt)
         forward, turn = self._speeds = self._ramped(seconds)
         wheels = self._wheels
         rates = np.array([forward - turn * wheels.distance / 2, forward + turn * wheels.distance / 2])

@@ -151,7 +151,8 @@ class FootstepWalker(Locomotion):
         if self._unchecked >= _HEADWAY_PERIOD:
             stepping = self._steps.phase is Phase.STEPPING
             velocity = self._footsteps.possible(self._commanded) if stepping else STILL
-            self._check_headway(self._unchecked, velocity, self.odometry())
+            tilt = self._sensors.inertial().tilt
+            self._check_headway(self._unchecked, velocity, self.odometry(), tilt)
             self._unchecked = 0.0
         if self._stage is _Stage.LOST:
             self._stage = _Stage.HELD

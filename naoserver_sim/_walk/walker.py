@@ -271,7 +271,7 @@ class SimulatedWalker(Locomotion):
             return
         stepping = self._stage is _Stage.STEPPING
         now = self.odometry()
-        self._check_headway(seconds, self._commanded if stepping else STILL, now)
+        self._check_headway(seconds, self._commanded if stepping else STILL, now, self._inertial.tilt)
         if self._is_turned_back(seconds, now):
             self._end(STUCK)
             self._controller.gait.come_down()

@@ -71,6 +71,7 @@ CHECKOUT: Final = (
     "how-to/editor.md",
     "../plugins/own_robots/docs/own-robot.md",
     "how-to/recording.md",
+    "how-to/what-if.md",
     "how-to/several-robots.md",
 )
 """Pages whose reader is in the checkout, in which `make demo` has made `.venv`."""

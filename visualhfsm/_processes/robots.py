@@ -53,6 +53,7 @@ _WORLDS: Final = (
     Message("Four walls, a table, a crate, boxes that can be pushed, and a ball"),
     Message("A field of the Standard Platform League, a ball on its center, the robot behind it"),
     Message("A field of the Standard Platform League, a ball on its center, two robots of each team"),
+    Message("A walled pitch of 14 x 9 m, a ball of 0.35 m radius on its center, two Unitree G1 of each team"),
 )
 """The descriptions in the files of the simulation's worlds."""
 

@@ -89,8 +89,8 @@ export function lackingOf(needs) {
   return needs.map(({identity}) => identity).filter((each) => /^[\w.]+$/.test(each) && !serves.includes(each));
 }
 
-/** Whether a document uses a camera, probably to look for a ball. @param {Fields} fields */
-const looks = ({interfaces}) => interfaces.some(({type}) => /\bCamera(Prx)?$/.test(type));
+/** Whether a document uses eyes or a camera, probably to look for a ball. @param {Fields} fields */
+const looks = ({interfaces}) => interfaces.some(({type}) => /\b(Camera|Sight)(Prx)?$/.test(type));
 
 /**
  * The simulation that a document needs: in its world; without one, a document that looks for a ball gets moving balls.
