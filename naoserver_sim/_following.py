@@ -49,7 +49,7 @@ class Following:
     def tick(self, seconds: float) -> str:
         """Advance by some seconds; return the name of a joint that does not follow, or an empty text."""
         self._since += seconds
-        if self._since < _PERIOD - 1e-6:
+        if self._since < _PERIOD - 1e-6 or not self._names:
             return ""
         self._since = 0.0
         look = self._looks[self._count % _LOOKS]
