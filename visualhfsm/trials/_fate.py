@@ -15,8 +15,6 @@ STOPPED: Final = "stopped"
 FAILED: Final = "failed"
 FELL: Final = "fell"
 HUNG: Final = "hung"
-FATES: Final = (SUCCEEDED, STOPPED, FAILED, FELL, HUNG)
-"""What may become of it, from the best to the worst."""
 
 _STILL: Final = 2.0
 """Seconds at the end in which a robot that was stopped does not move."""

@@ -12,6 +12,8 @@ import typer
 from visualhfsm.plugins import examples
 from zenoh_ice.application.cli import finite
 
+from ._options import Again, Cluster, Out, Seed, Workers
+
 if TYPE_CHECKING:
     from visualhfsm.trials import Plan
 
@@ -50,9 +52,7 @@ def trials(
     runs: Annotated[
         int | None, typer.Option(metavar="N", min=1, max=1_000_000, help="Number of trials.")
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Seed of everything that is drawn.")
-    ] = None,
+    seed: Seed = None,
     success: Annotated[
         str | None, typer.Option(metavar="STATE", help="The state that a trial must reach.")
     ] = None,
@@ -64,13 +64,8 @@ def trials(
         Literal["sim", "fake", "none"] | None,
         typer.Option(help="The simulated robot, the fake one without physics, or none."),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, max=1000, help="Trials at a time.", show_default="one a processor"),
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run on a cluster of Dask, such as tcp://HOST:8786.")
-    ] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     only: Annotated[
         int | None,
         typer.Option(metavar="NUMBER", min=1, help="Run one trial here, the first is 1, and show it."),
@@ -78,12 +73,7 @@ def trials(
     record: Annotated[
         Path | None, typer.Option(metavar="MCAP", dir_okay=False, help="Record that one for the editor.")
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", file_okay=False, help="Where outcomes are kept; by default beside DOCUMENT."
-        ),
-    ] = None,
+    out: Out = None,
     report: Annotated[
         Path | None,
         typer.Option(
@@ -102,9 +92,7 @@ def trials(
         str,
         typer.Option(metavar="NUMBER", help="What a successful trial costs for --tune, such as 'aim mean'."),
     ] = "time",
-    again: Annotated[
-        bool, typer.Option("--again", help="Replace outcomes that are there, instead of going on with them.")
-    ] = False,
+    again: Again = False,
 ) -> None:
     """Run a behavior many times in virtual time, with other places, noise and disturbances each time.
 

@@ -12,6 +12,8 @@ import typer
 from visualhfsm.plugins import examples
 from zenoh_ice.application.cli import finite
 
+from ._options import Again, Cluster, Out, Seed, Workers
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -26,7 +28,14 @@ _EPILOG: Final = examples(
 )
 _SIDES: Final = (("L", "R"), ("Left", "Right"), ("left", "right"), ("l_", "r_"))
 """How the names of parts on both sides begin."""
-_LETTERS: Final = {"succeeded": "·", "stopped": "s", "failed": "x", "fell": "F", "hung": "H"}
+_FATES: Final = {
+    "succeeded": ("·", "went on, and succeeded"),
+    "stopped": ("s", "stopped"),
+    "failed": ("x", "went on, and did not get there"),
+    "fell": ("F", "fell"),
+    "hung": ("H", "hung"),
+}
+"""The letter of each fate in the matrix, and what it means."""
 
 app: Final = typer.Typer(add_completion=False)
 
@@ -57,29 +66,15 @@ def sweep(
         float | None,
         typer.Option(metavar="SECONDS", min=1.0, callback=finite, help="End of a trial, in robot time."),
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option(metavar="N", min=0, help="Seed of everything that is drawn.")
-    ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, max=1000, help="Trials at a time.", show_default="one a processor"),
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run on a cluster of Dask, such as tcp://HOST:8786.")
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", file_okay=False, help="Where outcomes are kept; by default beside DOCUMENT."
-        ),
-    ] = None,
+    seed: Seed = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    out: Out = None,
     report: Annotated[
         Path | None,
         typer.Option(metavar="HTML", dir_okay=False, help="Write everything as a page."),
     ] = None,
-    again: Annotated[
-        bool, typer.Option("--again", help="Replace outcomes that are there, instead of going on with them.")
-    ] = False,
+    again: Again = False,
 ) -> None:
     """Run a behavior under each failure of its robot, and say what becomes of it.
 
@@ -164,23 +159,14 @@ def _show(console: Console, outcomes: Sequence[Outcome], runs: int) -> None:
         table.add_column(column, header_style="dim", justify="center" if column else "left", no_wrap=True)
     for part in parts:
         found = (cells.get((part, kind), ()) for kind in kinds)
-        table.add_row(part, *("".join(sorted(map(_LETTERS.__getitem__, each))) for each in found))
+        table.add_row(part, *("".join(sorted(_FATES[fate][0] for fate in each)) for each in found))
     console.print()
     console.width = max(console.width, max(map(len, parts)) + sum(len(kind) + 1 for kind in kinds) + 1)
     console.print(table)
     console.print()
     fates = Counter(fate for each in cells.values() for fate in each)
-    for fate, letter in _LETTERS.items():
-        console.print(Text.assemble((f"{letter} ", "bold"), f"{_SAID[fate]}: {fates[fate]}"))
+    for fate, (letter, meaning) in _FATES.items():
+        console.print(Text.assemble((f"{letter} ", "bold"), f"{meaning}: {fates[fate]}"))
     longest, what = max(walked)
     if longest > 0.0:
         console.print(f"walked on without a word: {longest:.1f} s at most, with {what}", highlight=False)
-
-
-_SAID: Final = {
-    "succeeded": "went on, and succeeded",
-    "stopped": "stopped",
-    "failed": "went on, and did not get there",
-    "fell": "fell",
-    "hung": "hung",
-}
