@@ -149,8 +149,32 @@ def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, roo
     expect(field).to_have_attribute("aria-activedescendant", str(options.nth(1).get_attribute("id")))
     shown.press("ArrowUp", "Enter")
     shown.expect_states("up", "out", "front", "low")
-    # What is typed before the list is there counts, too.
+
+
+def test_what_is_typed_before_the_documents_are_listed_counts(shown: EditorPage, root: Path) -> None:
+    (root / "Kür").mkdir()
+    shutil.copy(root / "dance.xml", root / "Kür" / "waltz.xml")
     shown.press("Control+o", *"kur", "Enter", *"wal", "Enter")
+    expect(tab(shown, "waltz")).to_have_attribute("aria-selected", "true")
+
+    late = held_answers(shown, "listFiles")
+    held = lambda: shown.page.evaluate("1") and late  # noqa: E731 - messages come while the page is talked to
+
+    # The folder is opened while one types what to find in it.
+    shown.press("Control+o", *"kur", "Enter", *"wal")
+    until(held, PAGE_LIMIT)
+    late.pop()()
+    until(held, PAGE_LIMIT)
+    shown.press("Enter")
+    late.pop()()
+    expect(tab(shown, "waltz")).to_have_attribute("aria-selected", "true")
+
+    # Without a part of a name it is what is in the folder first, and not the way up.
+    tab(shown, "waltz").locator("xpath=..").locator(".close-tab").click()
+    shown.press("Control+o", *"kur", "Enter", "Enter")
+    for _ in range(2):
+        until(held, PAGE_LIMIT)
+        late.pop()()
     expect(tab(shown, "waltz")).to_have_attribute("aria-selected", "true")
 
 

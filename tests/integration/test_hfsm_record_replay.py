@@ -886,18 +886,27 @@ def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(path: Pat
             if count % 20 > 3:
                 return []
             sample = self.head.getPose.latest()
+            forgotten.append(sample is None)
             return [sample and [sample.value.pan, sample.lost]]
+
+    forgotten: list[bool] = []
+
+    def was_forgotten() -> bool:
+        return False in forgotten and True in forgotten[forgotten.index(False) :]
 
     with initialize(connect=[], clock="wall") as communicator:
         head = HeadI()
         adapter = communicator.createObjectAdapter("Test")
         adapter.add(head, "Head")
         adapter.activate()
-        with running(Seldom, (communicator, head), path) as (runtime, clock):
-            while runtime.tree.root.cycle.count < 70:
-                head.getPosePublisher.publish(head.pose())
-                communicator.streams.close_unwanted()  # as otherwise each 2.5 s
-                clock.sleep(0.1)
+
+        def forgets() -> bool:
+            head.getPosePublisher.publish(head.pose())
+            communicator.streams.close_unwanted()  # as otherwise each 2.5 s
+            return was_forgotten()
+
+        with running(Seldom, (communicator, head), path):
+            eventually(forgets, EVENT_LIMIT)
     identical(path, Seldom)
     seen = [record.message for record in Recording(path) if isinstance(record.message, Result)]
     nothing = [bool(each.packed is None and not each.same) for each in seen]

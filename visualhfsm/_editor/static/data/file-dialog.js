@@ -34,9 +34,11 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
   /** Resolves once what was chosen before is opened. */
   let opened = Promise.resolve();
 
+  /** The entry of a directory that is chosen first: what is in it, not the way up; or the best of what is found. */
+  const first = (text = finder.text) => (state.parent !== null && !text ? 1 : 0);
+
   /** List a directory, in which any name may be typed. @param {string} directory */
   const show = (directory) => {
-    finder.chosen = directory ? 1 : 0; // what is in it, not the way up
     listed = list(directory);
   };
 
@@ -50,7 +52,7 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
     state.error = error; // and not once the files have come: what failed meanwhile has to stay
     try {
       Object.assign(state, await store.request("listFiles", {directory, below: !saving}));
-      finder.chosen = Math.min(finder.chosen, state.entries.length);
+      finder.chosen = Math.max(0, Math.min(first(), rows().length - 1));
     } catch (reason) {
       finder.chosen = 0;
       if (directory) return list("", directory === start ? "" : messageOf(reason));
@@ -90,13 +92,14 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
       else close(wanted);
       return;
     }
-    // Enter may come before the folder is listed: it takes the row that was meant, and later letters search in that.
+    // Enter may come before the folder is listed: it takes the first row then, and later letters search in that.
     const {text, chosen} = finder;
+    const {entries} = state;
     finder.clear();
     draw();
     opened = opened.then(async () => {
       await listed;
-      const row = rows(text)[chosen];
+      const row = rows(text)[state.entries === entries ? chosen : first(text)];
       if (row) return take(row, close);
       finder.text = text + finder.text;
       return draw();
