@@ -158,6 +158,7 @@ def test_what_is_typed_before_the_documents_are_listed_counts(shown: EditorPage,
     expect(tab(shown, "waltz")).to_have_attribute("aria-selected", "true")
 
     late = held_answers(shown, "listFiles")
+    shown.expect_states("up", "out", "front", "low")
     held = lambda: shown.page.evaluate("1") and late  # noqa: E731 - messages come while the page is talked to
 
     # The folder is opened while one types what to find in it.
