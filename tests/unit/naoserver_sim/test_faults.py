@@ -5,14 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import WalkVelocity
+from naoserver_sim.named_body import named_body
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.models import FOLDER
+from tests.support.plugins import OWN_ROBOTS
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
 
 G = 9.81
+USERS = ("humanoid", "gripper_arm", "quadruped")
+"""Models of robots that users bring."""
 
 
 @pytest.fixture
@@ -23,7 +27,7 @@ def made():
     def make(body="H25", posture="StandInit", **options):
         clock = VirtualClock()
         robots.append(
-            SimulatedRobot(clock=clock, body=find_body(body), posture=posture, skin=False, **options)
+            SimulatedRobot(clock=clock, body=named_body(body), posture=posture, skin=False, **options)
         )
         robots[-1].start()
         clock.advance(1.0)
@@ -216,7 +220,16 @@ def test_a_fall_is_not_noticed_with_a_dead_inertial_unit(made):
 # -- all of it ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("body", ["H25", "T1", "G1", "Cart"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        "H25",
+        "T1",
+        "G1",
+        "Cart",
+        *(pytest.param(FOLDER / f"{name}.urdf", id=name, marks=OWN_ROBOTS) for name in USERS),
+    ],
+)
 def test_each_part_of_a_body_fails_in_each_way_and_nothing_breaks(made, body):
     robot, clock = made(body, posture=None)
     for part, kinds in robot.faults.kinds.items():
