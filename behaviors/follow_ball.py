@@ -40,10 +40,12 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         balls = [it for it in things if it.kind == "ball" and it.name == color and now - it.time < 0.4]
         return min(balls, key=lambda ball: math.hypot(ball.left, ball.down), default=None)
 
-    def turn_towards(self, left, down):
-        """Turn the head at a speed in proportion to how far the ball is from the middle of the picture, in rad."""
-        gain = 3.5  # rad/s of the neck for each rad
-        self.Head.setSpeed(gain * left, gain * down)
+    def turn_towards(self, left, down, since):
+        """Turn the head toward what a picture of then showed so far from its middle, in rad."""
+        pose = self.Head.getPose()
+        age = pose.time - since  # s for which the head has turned on
+        gain = 8.0  # rad/s of the neck for each rad
+        self.Head.setSpeed(gain * (left - age * pose.panSpeed), gain * (down - age * pose.tiltSpeed))
 
     def sweep(self, corner):
         """Send the head to a corner of the search; return the next corner once it is there."""
@@ -73,7 +75,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
             else:
                 missed = 0
                 left, down = ball.left, ball.down
-                self.turn_towards(left, down)
+                self.turn_towards(left, down, ball.time)
             # </code 1.1>
 
         state_1 = State("follow", id=1, initial=True, code=state_follow)

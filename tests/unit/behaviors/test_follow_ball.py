@@ -141,8 +141,20 @@ def test_the_head_turns_the_faster_the_farther_the_ball_is_from_the_middle(b: Be
     b.robot.ball("green").place(pan=0.5, distance=1.0, height=0.6)
     b.advance(0.2)
     seen, command = b.variables("follow_ball"), b.calls("Head.setSpeed")[-1]
-    assert 0.02 < seen["left"] < 0.1
-    assert (command.pan, command.tilt) == pytest.approx((3.5 * seen["left"], 3.5 * seen["down"]))
+    assert 0.01 < seen["left"] < 0.1
+    assert (command.pan, command.tilt) == pytest.approx((8.0 * seen["left"], 8.0 * seen["down"]))
+
+
+def test_the_head_does_not_swing_about_a_ball_that_it_sees_late(b: Behavior) -> None:
+    b.robot.ball("green").place(pan=0.0, distance=1.0, height=0.6)
+    for camera in ("Camera", "CameraBottom"):
+        b.robot.fail(camera, "late", 0.2)
+    b.advance(2.0)
+    b.robot.ball("green").place(pan=0.4, distance=1.0, height=0.6)
+    b.advance(2.0)
+    pans = [call.result.pan for call in b.calls("Head.setSpeed") if call.time > 2.0]
+    assert 0.3 < max(pans) < 0.6
+    assert b.robot.head[0] == pytest.approx(0.4, abs=0.05)
 
 
 def frozen(b: Behavior) -> SightReading:

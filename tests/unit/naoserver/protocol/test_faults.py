@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from naoserver.bodies import find_body
 from naoserver.errors import InvalidCommand
@@ -44,8 +45,8 @@ def test_a_failure_lasts_until_it_is_healed(robot, clock):
 
 
 def test_a_failure_ends_by_itself_at_its_time(robot, clock):
-    robot.faults.inject("Camera", "black", seconds=2.0)
-    clock.advance(1.9)
+    robot.faults.inject("Camera", "black", seconds=0.5)
+    clock.advance(0.4)
     assert robot.faults.of("Camera", "black")
     clock.advance(0.1)
     assert not robot.faults.current()
@@ -81,6 +82,7 @@ def test_an_amount_is_as_usual_if_none_is_given(robot):
         (("HeadYaw", "bent"), "kind", "HeadYaw cannot be 'bent': it can be stuck, limp, slow"),
         (("HeadYaw", "offset", 2.0), "amount", "the amount is 2, and must be from -0.5 to 0.5 rad"),
         (("HeadYaw", "offset", math.nan), "amount", "must be from -0.5 to 0.5 rad"),
+        (("Battery", "low", 1.1), "amount", "must be from 0 to 1 share"),
         (("HeadYaw", "stuck", None, 0.0), "seconds", "seconds is 0: it must be above 0"),
         (("HeadYaw", "weak"), "kind", "cannot be 'weak'"),  # there are no forces
     ],
@@ -107,6 +109,8 @@ def test_each_body_can_fail_in_what_it_has(clock, name):
     assert ("Sonar" in kinds, "Battery" in kinds) == (body.sonar is not None, body.battery is not None)
     hot = {part for part, each in kinds.items() if any(kind.name == "hot" for kind in each)}
     assert hot == (movable if body.motor_heat else set())
+    assert kinds["Robot"]
+    assert not Faults(replace(body, mounted=True), clock, physics=True).kinds.get("Robot")  # to its stand
 
 
 # -- joints -----------------------------------------------------------------------------------------------------
@@ -160,6 +164,8 @@ def test_a_noisy_encoder_scatters(robot, clock):
 def test_a_hot_motor_says_so(robot):
     robot.faults.inject("HeadYaw", "hot", 91.0)
     assert robot.read().temperatures[robot.body.joint_names.index("HeadYaw")] == 91.0
+    heat = robot.body.motor_heat
+    assert heat.hot < robot.faults.inject("HeadYaw", "hot").amount < heat.too_hot
 
 
 # -- senses -----------------------------------------------------------------------------------------------------
@@ -171,7 +177,9 @@ def test_a_dead_inertial_unit_reports_zeros(robot):
 
 
 def test_the_pitch_of_an_inertial_unit_drifts(robot, clock):
+    clock.advance(2.0)
     robot.faults.inject("InertialUnit", "drifting", 0.1)
+    assert robot.senses.inertial().pitch == 0.0
     clock.advance(3.0)
     inertial = robot.senses.inertial()
     assert inertial.pitch == pytest.approx(0.3)
@@ -212,6 +220,8 @@ def test_a_touch_sensor_is_dead_or_stays_pressed(robot):
 
 
 def test_a_low_battery(robot):
+    robot.faults.inject("Battery", "low")
+    assert robot.senses.read().battery.charge == 0.05
     robot.faults.inject("Battery", "low", 0.03)
     assert robot.senses.read().battery.charge == 0.03
 
@@ -278,11 +288,29 @@ def test_a_camera_of_half_its_rate_repeats_itself(robot, clock):
     assert len(set(times)) == 10
 
 
-def test_a_blurred_camera_loses_edges_but_no_light(robot):
+def test_what_is_seen_comes_at_the_rate_of_a_halved_camera(robot, clock):
+    robot.eyes.look()
+    robot.faults.inject("Camera", "halved", 0.01)
+    seen = balls(robot)
+    turn(robot, clock, 0.3)
+    assert balls(robot) == seen
+    clock.advance(10.0)
+    assert balls(robot)[0].left < seen[0].left - 0.2
+
+
+@pytest.mark.parametrize("kind", ["frozen", "halved", "late"])
+def test_each_size_of_pictures_fails_by_itself(robot, kind):
+    robot.faults.inject("Camera", kind)
+    for width, height in [(160, 120), (320, 240), (160, 120)]:
+        assert robot.capture("Camera", width, height).pixels.shape == (height, width, 3)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_blurred_camera_loses_edges_but_no_light(robot, axis):
     sharp = picture(robot).pixels.astype(float)
     robot.faults.inject("Camera", "blurred", 3.0)
     blurred = picture(robot).pixels.astype(float)
-    assert np.abs(np.diff(blurred, axis=1)).max() < 0.4 * np.abs(np.diff(sharp, axis=1)).max()
+    assert np.abs(np.diff(blurred, axis=axis)).max() < 0.4 * np.abs(np.diff(sharp, axis=axis)).max()
     assert blurred.mean() == pytest.approx(sharp.mean(), rel=0.02)
 
 
