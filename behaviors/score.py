@@ -122,8 +122,8 @@ class Score(Component, document="score.xml", on_error="stop"):
             robots = [here + facing * complex(it.x, it.y) for it in look.things if it.kind == "robot"]
             recent = [each for each in self.others if now - each[0] < self.RECENT]
             self.others = [*recent, *((now, at) for at in robots if cmath.isfinite(at))]
-        for it in look.things:  # the surest first
-            if it.kind == "ball" and it.name == self.COLOR and math.isfinite(it.x):
+        for it in look.things:  # the surest first; a camera may hang
+            if it.kind == "ball" and it.name == self.COLOR and math.isfinite(it.x) and look.time - it.time < 0.5:
                 self.sight = here + facing * complex(it.x, it.y), now
                 return self.sight[0]
         return None
@@ -161,8 +161,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         return -ball
 
     def is_standing(self):
-        """Return whether no walk to a place is on its way."""
-        return self.Walk.getWalkState().status is not ActionStatus.Moving
+        """Return whether no walk to a place is on its way. Raises RobotError where a joint did not follow: no more steps."""
+        walk = self.Walk.getWalkState()
+        if walk.status is ActionStatus.Failed:
+            raise RobotError(walk.message)
+        return walk.status is not ActionStatus.Moving
 
     def is_still(self):
         """Return whether the newest picture is from a head that was still: from one that turns it shows less."""
@@ -532,7 +535,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         def state_orient():
             nonlocal corner, knows, moves, stands, there
             # <code 1.7>
-            moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
+            moves = not self.is_standing() or self.Postures.getPostureState().status is ActionStatus.Moving
             if not moves and not stands:
                 stands = True
                 self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
@@ -597,7 +600,7 @@ class Score(Component, document="score.xml", on_error="stop"):
         transition_2 = Transition("found", state_1, state_2, id=2, guard=guard_found)
 
         def guard_lost():
-            return self.clock.now() - seen_at > (3.0 if self.in_sight(ball) else self.MEMORY)  # <trigger 1.3/>
+            return self.clock.now() - seen_at > (2.0 if self.in_sight(ball) else self.MEMORY)  # <trigger 1.3/>
 
         transition_3 = Transition("lost", state_2, state_1, id=3, guard=guard_lost)
 

@@ -121,6 +121,7 @@ class Locomotion(ABC):
         self._simulator = simulator
         self._does = does
         self.ended = ""
+        self.failed = False
         self._newest = self._commanded = STILL
         self._velocity = STILL
         """The velocity that it follows; for the thread of the physics only."""
@@ -157,7 +158,7 @@ class Locomotion(ABC):
             if reason:
                 what = self._does
                 raise InvalidCommand("walk", f"the robot cannot {what}: {reason}")
-            self.ended = ""
+            self.ended, self.failed = "", False
         self._newest = self._commanded = velocity
         self._simulator.order(lambda: self._accept(velocity))
 
@@ -190,6 +191,7 @@ class Locomotion(ABC):
         if velocity == STILL or tilt > _UPRIGHT:
             self._following.begin()
         elif joint := self._following.tick(seconds):
+            self.failed = True
             self._end(sentence(f"{joint} does not follow its commands"))
 
     def _end(self, why: str) -> None:

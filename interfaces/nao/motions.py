@@ -67,7 +67,8 @@ class WalkPrx(ice.ObjectPrx, id="::nao::Walk", fingerprint="964174c418b5436a"):
     def walkTo(self, x: float, y: float, heading: float) -> None:
         """Begin to walk to x and y in m and a heading in rad, in the robot's frame as it stands now; returns
         at once. A stop of the walk, another command of it and the end of the client end it: then the state
-        is Stopped, and its message says why and whose command it was.
+        is Stopped, and its message says why and whose command it was. It is Failed when a joint does not
+        follow, which the message names: better not walk on.
         """
 
     @ice.operation(idempotent=True, stop=True)

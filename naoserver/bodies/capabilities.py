@@ -102,6 +102,10 @@ class Walker(Protocol):
         """Why the robot itself ended the newest walk, as text; empty if it did not, or does not say."""
 
     @property
+    def failed(self) -> bool:
+        """Whether it ended that walk as a part of it failed, so that it had better not walk again."""
+
+    @property
     def walking(self) -> bool:
         """Whether it moves its joints: from a command until it stands again."""
 

@@ -192,6 +192,7 @@ class FakeWalker:
     """Move at the commanded velocity from the moment of the command. Implements Walker."""
 
     ended = ""
+    failed = False
     lag = 0.0
     balances = False
 

@@ -215,6 +215,11 @@ class WalkGuard:
         self.stops = 0
         """How often it was stopped."""
 
+    @property
+    def failed(self) -> bool:
+        """Whether the robot ended the newest walk as a part of it failed."""
+        return self._walker.failed
+
     def drive(
         self,
         velocities: Mapping[str, float],
@@ -437,7 +442,8 @@ class WalkTo:
                     self._renew(way)
             # The joints are free when the guard has nothing more to watch.
             if self._commanded == STILL and self.guard.watch() is None:
-                self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
+                ended = ActionStatus.Failed if self.guard.failed else ActionStatus.Stopped
+                self._finish(ended if self._state.message else ActionStatus.Done)
 
     def _renew(self, way: Way) -> None:
         try:

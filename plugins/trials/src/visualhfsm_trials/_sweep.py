@@ -151,8 +151,10 @@ def _show(console: Console, outcomes: Sequence[Outcome], runs: int) -> None:
             what = str(outcome.values["failure"])
             part, _, kind = what.rpartition(" ")
             # Without a fate it took too long, or its process ended.
-            cells.setdefault((part, kind), []).append(outcome.groups.get("fate", "hung"))
-            walked.append((outcome.numbers.get("walks on", 0.0), what))
+            fate = outcome.groups.get("fate", "hung")
+            cells.setdefault((part, kind), []).append(fate)
+            if fate != "succeeded":  # who gets there was right to walk on
+                walked.append((outcome.numbers.get("walks on", 0.0), what))
     parts, kinds = (dict.fromkeys(names) for names in zip(*cells, strict=True))
     table = Table(box=None, padding=(0, 1, 0, 0))
     for column in ("", *kinds):

@@ -85,6 +85,23 @@ def test_a_simulated_cart_stands_there_too(place):
     robot.close()
 
 
+@pytest.mark.sim
+def test_it_has_failed_when_a_joint_does_not_follow():
+    clock = VirtualClock()
+    robot = SimulatedRobot(clock=clock, skin=False, posture="StandInit")
+    walker, walk_to = robot.walker, Assembly(robot, ServerOptions(), clock).walk_to
+    assert walker is not None
+    assert walk_to is not None
+    walk_to.begin(way_to((1.0, 0.0, 0.0), walker.odometry(), walker.limits), "anna")
+    clock.advance(1.0)
+    robot.faults.inject("LKneePitch", "stuck")
+    while walk_to.busy:
+        clock.advance(PERIOD)
+    assert walk_to.state().status is ActionStatus.Failed
+    assert "LKneePitch does not follow" in walk_to.state().message
+    robot.close()
+
+
 def test_it_goes_on_when_the_machine_stalls_and_ends_when_nobody_corrects_it(rig):
     begin(rig)
     rig.clock.advance(PERIOD)

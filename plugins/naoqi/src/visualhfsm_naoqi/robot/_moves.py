@@ -188,6 +188,7 @@ class NaoqiWalker:
         self._still_since: float | None = None
         self._stopping = False  # the walk was stopped, and the robot has not come to a stand since
         self.ended = ""
+        self.failed: Final = False  # NAOqi does not say
         self._newest: Reply | None = None  # to the newest command that was sent
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
         self.questions: Final = (
