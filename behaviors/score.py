@@ -74,6 +74,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     sight = None, -SURE  # where it saw the ball last, and when
     others = ()  # when and where it saw other robots
     seen_to = -1.0  # the time of the newest look that has corrected where the robot is
+    awake = 0.0  # when that came
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
     aside = 0.0  # rad by which it is kicked past that robot
@@ -116,14 +117,15 @@ class Score(Component, document="score.xml", on_error="stop"):
         look, now = self.Sight.getSight(), self.clock.now()
         here, facing = self.place()
         if look.time > self.seen_to + 0.15:  # a robot that walks is 2 cm on
-            self.seen_to = look.time
+            self.seen_to, self.awake = look.time, now
             self.localizer.see(look.things, self.Head.getPose().time - look.time)
             here, facing = self.place()
             robots = [here + facing * complex(it.x, it.y) for it in look.things if it.kind == "robot"]
             recent = [each for each in self.others if now - each[0] < self.RECENT]
             self.others = [*recent, *((now, at) for at in robots if cmath.isfinite(at))]
-        for it in look.things:  # the surest first; a camera may hang
-            if it.kind == "ball" and it.name == self.COLOR and math.isfinite(it.x) and look.time - it.time < 0.5:
+        new = [it for it in look.things if look.time - it.time < 0.5 and now - self.awake < 0.5]  # its eyes may hang
+        for it in new:  # the surest first
+            if it.kind == "ball" and it.name == self.COLOR and math.isfinite(it.x):
                 self.sight = here + facing * complex(it.x, it.y), now
                 return self.sight[0]
         return None
@@ -279,9 +281,9 @@ class Score(Component, document="score.xml", on_error="stop"):
         return max(abs(pose.pan - aim.pan), abs(pose.tilt - aim.tilt)) < 0.05
 
     def in_sight(self, ball):
-        """Return whether the robot sees a ball that lies there when it looks at it: before its feet perhaps not."""
+        """Return whether the robot is to see a ball that lies there: before its feet perhaps not, if its eyes are awake."""
         at = self.beside(ball)
-        return self.gaze.sees(at.real, at.imag, self.RADIUS)
+        return self.clock.now() - self.awake > 1.0 or self.gaze.sees(at.real, at.imag, self.RADIUS)
 
     @cached_property
     def is_blind(self):

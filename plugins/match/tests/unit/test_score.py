@@ -16,11 +16,11 @@ import pytest
 from msgspec.structs import replace
 
 from hfsm_runtime.loading import load_module
-from naoserver.bodies.capabilities import Truth
+from naoserver.bodies.capabilities import STILL, Truth
 from naoserver_sim.world import RobotPlace, StartPose, load_world
 from tests.support.soak import cases
 from visualhfsm.simulation import Team, simulate_team
-from visualhfsm.testing import Behavior, MakeBehavior
+from visualhfsm.testing import Behavior, BehaviorFailed, MakeBehavior
 
 DOCUMENT = "behaviors/score.xml"
 GOAL_LINE = 4.5
@@ -370,3 +370,25 @@ def test_a_robot_whose_walk_is_held_up_steps_back() -> None:
 
 def in_kick(b: Behavior) -> bool:
     return b.active_paths[-1] == "kick"
+
+
+def test_it_does_not_walk_on_by_what_frozen_cameras_show(behavior: MakeBehavior) -> None:
+    b = play(behavior, 3.0, 0.5)
+    b.run_until("approach", limit=20.0)
+    b.advance(1.0)
+    walker = b.robot.device.walker
+    assert walker is not None
+    assert walker.commanded() != STILL
+    for camera in b.robot.device.body.cameras:
+        b.robot.fail(camera.name, "frozen")
+    b.advance(3.0)
+    assert walker.commanded() == STILL
+
+
+def test_it_ends_with_the_name_of_a_joint_that_does_not_follow(behavior: MakeBehavior) -> None:
+    b = play(behavior, 3.0, 0.5)
+    b.run_until("approach", limit=20.0)
+    b.advance(1.0)
+    b.robot.fail("LKneePitch", "stuck")
+    with pytest.raises(BehaviorFailed, match="LKneePitch does not follow"):
+        b.run_until("kick", limit=5.0)
