@@ -21,6 +21,7 @@ from visualhfsm.trials import (
     SUFFIX,
     Outcome,
     Plan,
+    TrialsError,
     failure_said,
     read_plan,
     untried_failures,
@@ -124,6 +125,10 @@ def _planned(file: Path, plan: Plan) -> Plan:
     if not beside.is_file():
         return plan
     found = read_plan(beside, document=file)
+    if found.others:
+        raise TrialsError.because(
+            "{path}: a verdict tries one robot alone, not with others", path=beside.name
+        )
     return msgspec.structs.replace(found, scene={**found.scene, **plan.scene})
 
 
