@@ -93,7 +93,6 @@ parameters = st.lists(
 imports = st.none() | st.builds(Import, file=code, automaton=ids)
 states = st.builds(
     State,
-    Survives,
     id=ids,
     name=texts,
     initial=st.booleans(),
