@@ -354,6 +354,38 @@ class Property(Node):
     expression: Text = Text()
 
 
+FAILS_AFTER: Final = 2.0
+"""When parts of the robot fail of which nobody says when, in s."""
+SUCCEED: Final = "succeed"
+"""What a behavior whose robot fails must do if it may not stop."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Survives(Node):
+    """A failure of a `part` of the robot that the behavior must survive, as `nao faults` names both.
+
+    `amount` is in the unit of the `kind`, and blank for as much as is usual; `after` is when it fails, in s,
+    and blank for FAILS_AFTER. The behavior survives if it stops or succeeds; with `must` `succeed` it may
+    not stop.
+    """
+
+    part: str = ""
+    kind: str = ""
+    amount: str = ""
+    after: str = ""
+    must: str = ""
+
+    @property
+    def failure(self) -> str:
+        """The failure in words, such as `Camera black`."""
+        return f"{self.part} {self.kind} {self.amount}".strip()
+
+    @property
+    def fails_at(self) -> float:
+        """When the part fails, in s. Raises ValueError if `after` is no number."""
+        return float(self.after or FAILS_AFTER)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shelf(Node):
     """The place of a document on the editor's shelf, from which it is drawn into other documents as a state.
@@ -373,12 +405,12 @@ class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
     `description`, `on_error`, `on_refused`, `world`, `dialect`, `language`, `shelf`, annotations, parameters,
-    events, properties and `ros` are our additions; the original editor ignores them. `dialect` is blank for
-    the current format, and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose generator
-    the code was written for. `language` is blank for Python, and otherwise names the language of the code,
-    which is kept but does not run. `lists` has the unknown content of the elements around parameters,
-    libraries, interfaces and so on, such as settings of ROS in `config`. `functions` come from imported
-    files, and `format` is the format that the document was read from: neither is written.
+    events, properties, `survives` and `ros` are our additions; the original editor ignores them. `dialect` is
+    blank for the current format, and otherwise names the former editor (`VisualHFSM`, `VisualStates`) whose
+    generator the code was written for. `language` is blank for Python, and otherwise names the language of
+    the code, which is kept but does not run. `lists` has the unknown content of the elements around
+    parameters, libraries, interfaces and so on, such as settings of ROS in `config`. `functions` come from
+    imported files, and `format` is the format that the document was read from: neither is written.
     """
 
     root_tag: str = "VisualHFSM"
@@ -393,6 +425,7 @@ class Document(Node):
     parameters: tuple[Parameter, ...] = ()
     events: tuple[Event, ...] = ()
     properties: tuple[Property, ...] = ()
+    survives: tuple[Survives, ...] = ()
     automata: tuple[Automaton, ...] = ()
     libraries: tuple[Library, ...] = ()
     interfaces: tuple[Interface, ...] = ()

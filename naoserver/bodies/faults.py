@@ -7,7 +7,7 @@ point at: a joint (with its motor, gear and encoder), a sensor, a camera, a link
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 from naoserver.bodies.body import Body
@@ -73,6 +73,10 @@ _ROBOT: Final = FaultKind("held", sentence("somebody holds it by its trunk"))
 _LINK: Final = FaultKind("loaded", sentence("it carries so much more"), "kg", 0.0, 5.0, 0.5)
 
 
+_SIDES: Final = (("L", "R"), ("Left", "Right"), ("left", "right"), ("l_", "r_"))
+"""How the names of parts on both sides begin."""
+
+
 def kinds_of(body: Body, *, physics: bool) -> dict[str, tuple[FaultKind, ...]]:
     """Return how each part of a body can fail; without `physics` no force matters, on it or in it."""
     found: dict[str, tuple[FaultKind, ...]] = {}
@@ -109,6 +113,30 @@ def _each(body: Body, *, physics: bool) -> Iterator[tuple[str, tuple[FaultKind, 
     if physics:
         yield ROBOT, () if body.mounted else (_ROBOT,)
         yield from ((link.name, (_LINK,)) for link in body.links)
+
+
+def failures_of(
+    kinds: Mapping[str, Sequence[FaultKind]], only: Collection[str] = (), *, both_sides: bool = False
+) -> Iterator[str]:
+    """Yield what a sweep lets fail, such as `Camera black`: of links the first, of two sides the left.
+
+    `kinds` are those of `kinds_of`. `only` are the parts that are wanted, whatever their side.
+    """
+    loads = 0
+    for part, each in kinds.items():
+        if only and part not in only:
+            continue
+        if not only and not both_sides and left_of(part) in kinds:
+            continue
+        for kind in each:
+            loads += kind.name == "loaded"
+            if kind.name != "loaded" or loads == 1 or only:
+                yield f"{part} {kind.name}"
+
+
+def left_of(part: str) -> str:
+    """Return the name on the left of a part whose name begins as one on the right; else an empty text."""
+    return next((left + part.removeprefix(right) for left, right in _SIDES if part.startswith(right)), "")
 
 
 class Fault(NamedTuple):

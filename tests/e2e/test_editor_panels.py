@@ -578,6 +578,29 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     assert panel_violations(shown) == []
 
 
+def test_what_it_must_survive_is_chosen_of_what_its_robot_can_have(shown: EditorPage, path: Path) -> None:
+    shown.press("Alt+p")
+    entry = add(shown, "failure", "LKneePitch")
+    kind = entry.get_by_label("How it fails", exact=True)
+    offered = "input => [...input.list?.options ?? []].map((each) => each.value)"
+    expect(kind).to_have_attribute("list", re.compile("."))
+    assert "stuck" in kind.evaluate(offered)
+    assert "Camera" in entry.get_by_label("Part that fails", exact=True).evaluate(offered)
+    kind.fill("weak")
+    amount = entry.get_by_label("How much", exact=True)
+    amount.fill("half")
+    expect(entry).to_contain_text("amount is half: write a number")
+    amount.fill("0.5")
+    entry.get_by_label("What it must do", exact=True).select_option("succeed")
+    (survives,) = saved(shown, path).survives
+    assert (survives.failure, survives.must) == ("LKneePitch weak 0.5", "succeed")
+    assert panel_violations(shown) == []
+    shown.button("Remove failure LKneePitch").click()
+    expect(shown.page.get_by_role("group", name=re.compile("^failure "))).to_have_count(0)
+    shown.press("Control+z")
+    assert [each.failure for each in saved(shown, path).survives] == ["LKneePitch weak 0.5"]
+
+
 def test_what_the_robot_has_is_offered_to_code_and_declared_by_choosing_it(
     helped: EditorPage, path: Path
 ) -> None:

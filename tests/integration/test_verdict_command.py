@@ -58,6 +58,41 @@ def test_all_documents_of_a_folder_are_judged_and_one_that_is_not_ready_is_an_er
     assert run_here(app, "visualhfsm", "verdict", "good.xml", "--seconds", "1", cwd=folder).returncode == 0
 
 
+def test_what_it_survives_and_what_was_never_tried_is_said(folder: Path) -> None:
+    config = (
+        "<iceinterface><nameinterface>Battery</nameinterface><nameproxy>Battery</nameproxy>"
+        "<interface>Battery</interface></iceinterface>"
+    )
+    stops, hangs = (
+        document(
+            sub(
+                1,
+                0,
+                state(1, "awake", initial=True),
+                state(2, "tired", code),
+                transition(3, 1, 2, "self.Battery.getBatteryReading().charge < 0.1"),
+            ),
+            config=config,
+            head='\n<survives part="Battery" kind="low"/>',
+        )
+        for code in ("", "self.sleep(60.0)")
+    )
+    (folder / "stops.xml").write_text(stops)
+    (folder / "hangs.xml").write_text(hangs)
+    command = ("verdict", "stops.xml", "--seconds", "3")
+    done = run_here(app, "visualhfsm", *command, cwd=folder)
+    assert done.returncode == 0
+    shown = done.stdout.splitlines()
+    assert shown[0].endswith("ran 3 s, 0 proved, 0 tests, 1 survived")
+    assert "  survived: with Battery low it stopped at 2.0 s" in shown
+    never = r"  never tried: \d+ of the \d+ failures that its robot can have: visualhfsm sweep stops.xml"
+    assert re.fullmatch(never, shown[-1])
+    done = run_here(app, "visualhfsm", "verdict", "hangs.xml", "--seconds", "3", cwd=folder)
+    assert done.returncode == 1
+    why = "  1. hangs.xml:2: it does not survive: with Battery low it hung at 2.0 s (tired)"
+    assert why in done.stdout.splitlines()
+
+
 def test_the_robot_of_the_run_is_chosen(folder: Path) -> None:
     options = ("verdict", "good.xml", "--seconds", "1", "--body")
     assert run_here(app, "visualhfsm", *options, "T1", cwd=folder).returncode == 0

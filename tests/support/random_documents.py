@@ -20,6 +20,7 @@ from codegen.hfsm.document import (
     Result,
     Shelf,
     State,
+    Survives,
     Text,
     Transition,
 )
@@ -136,6 +137,8 @@ documents = st.builds(
     world=code, language=code, shelf=shelves, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
     properties=st.lists(
         st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2
+    ).map(tuple), survives=st.lists(
+        st.builds(Survives, part=texts, kind=texts, amount=texts, after=texts, must=texts, **node), max_size=2
     ).map(tuple), automata=st.lists(automata, max_size=2).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),
     interfaces=st.lists(interfaces, max_size=2).map(tuple), lists=lists, **node,
 )  # fmt: skip

@@ -40,7 +40,11 @@ def verdict(
     patience: Annotated[
         float,
         typer.Option(
-            metavar="S", min=1.0, max=86_400.0, callback=finite, help="Time of the run, and of the tests."
+            metavar="S",
+            min=1.0,
+            max=86_400.0,
+            callback=finite,
+            help="Time of the run, of all failures, and of the tests.",
         ),
     ] = 60.0,
     body: Annotated[
@@ -51,9 +55,9 @@ def verdict(
 ) -> None:
     """Say whether documents are ready to drive a robot, or what is not, in the order of what to fix first.
 
-    Checks and the model checker look at them, they run in virtual time with a robot without physics, and
-    their tests are run. No code of a document with errors is run. What the model checker cannot decide is
-    said, and leaves a document ready.
+    Checks and the model checker look at them, they run in virtual time with a robot without physics, they are
+    tried with each failure of the robot that they must survive, and their tests are run. No code of a
+    document with errors is run. What the model checker cannot decide is said, and leaves a document ready.
     """
     import msgspec
 
@@ -96,6 +100,7 @@ def _require(body: str) -> None:
 
 def _text(path: Path, verdict: Verdict) -> str:
     done = f"ran {verdict.seconds:g} s, {len(verdict.proved)} proved, {verdict.tests} tests"
+    done += f", {len(verdict.survivals)} survived" if verdict.survivals else ""
     is_shown = verdict.proved or verdict.tests
     found = f"{'ready' if is_shown else 'runs, and is not tested yet'}: {done}"
     lines = [f"{path}: {found if verdict.ready else 'not ready'}"]
@@ -103,6 +108,8 @@ def _text(path: Path, verdict: Verdict) -> str:
         lines.append("  without a test or a proved property nothing shows that it does what it should")
     if verdict.missed:
         lines.append(f"  the run never stayed in {few(verdict.missed, 8)}")
+    lines += [f"  survived: {each.text}" for each in verdict.survivals if each.held]
+    lines += [f"  {verdict.never_tried.text}"] if verdict.never_tried else []
     for number, each in enumerate((*verdict.reasons, *verdict.warnings), 1):
         head = f"{number}." if number <= len(verdict.reasons) else "warning:"
         text = each.text.replace("\n", "\n       ")

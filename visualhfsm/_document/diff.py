@@ -21,6 +21,7 @@ _NodeT = TypeVar("_NodeT", bound=model.Node)
 KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
     **dict.fromkeys(("automata", "states", "transitions", "annotations"), attrgetter("id")),
     **dict.fromkeys(("parameters", "inputs", "outputs", "events", "properties"), attrgetter("name")),
+    "survives": attrgetter("part", "kind"),
     **dict.fromkeys(("interfaces", "ros"), attrgetter("name")),
     "libraries": attrgetter("name.text"),
     **dict.fromkeys(("arguments", "results"), attrgetter("name", "child")),
@@ -173,6 +174,8 @@ def shown(value: object) -> str:
             return value.file.text
         case model.Annotation():
             return first_line(value.text.text)
+        case model.Survives():
+            return value.failure
         case model.Node():
             return shown(getattr(value, "name", ""))
     return str(value)

@@ -43,6 +43,7 @@ _NAMED: Final = {
     "priority": Message("priority"),
     "properties": Message("properties"),
     "result": Message("result"),
+    "survives": Message("failures to survive"),
     "trigger": Message("trigger"),
     "variables": Message("variables"),
 }
@@ -93,6 +94,8 @@ def texts_in(document: Document) -> Iterator[PlacedText]:
     yield from _list(document_place, "parameters", document.parameters, fields)
     yield from _list(document_place, "events", document.events, ("name", "description"))
     yield from _list(document_place, "properties", document.properties, ("name", "within", "expression"))
+    fields = ("part", "kind", "amount", "after")
+    yield from _list(document_place, "survives", document.survives, fields)
     for automaton in document.automata:
         yield from _automaton(automaton)
     yield from _list(document_place, "libraries", document.libraries, ("name",))

@@ -31,7 +31,7 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
     else is known, and what to do. Texts for people may be `Message`s: `enc_hook=str` writes them.
     """
 
-    found: Literal["checks", "model checker", "run", "tests"]
+    found: Literal["checks", "model checker", "run", "survives", "tests"]
     message: str
     code: str = ""
     file: str = ""
@@ -73,7 +73,7 @@ def summary(reasons: Sequence[Reason], *, terminal: bool = True) -> Message:
     What to do may be a command for a `terminal`.
     """
     first, others = reasons[0], len(reasons) - 1
-    told = terminal or first.found not in ("run", "tests")
+    told = terminal or first.found not in ("run", "survives", "tests")
     hints = [each for each in first.hints if told and "\n" not in each]
     text = joined("; ", [first.said, *hints[:1]])
     return Message("{reason} (and {more} more)", reason=text, more=others) if others else text

@@ -104,15 +104,17 @@ class Opened(TypedDict):
 class Judged(TypedDict):
     """Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried.
 
-    `missed` are the states in which the run never stayed.
+    `survived` are the failures that it must survive, and did; `missed` are the states in which the run never
+    stayed.
     """
 
     ready: bool
-    found: Literal["", "checks", "model checker", "run", "tests"]
+    found: Literal["", "checks", "model checker", "run", "survives", "tests"]
     message: Message
     place: Place | None
     proved: int
     tests: int
+    survived: int
     seconds: float
     missed: list[str]
     robot: Message

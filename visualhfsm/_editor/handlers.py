@@ -99,6 +99,7 @@ _on(
     lambda w, window, r: edits.change(w, r, OpenDocument.extract, r.automaton, r.path, window.number),
 )
 _on(p.Facts, lambda w, _, _r: w.parts.followers.facts(), Lane.BESIDE, for_viewers=True)
+_on(p.Failures, questions.failures, Lane.BESIDE)
 _on(p.Fixes, questions.fixes, Lane.CODE_HELP)
 _on(p.Generate, lambda w, _, r: w.components.generate(w.tabs.get(r.tab)), Lane.BESIDE)
 _on(p.GoTo, lambda w, window, r: edits.step(w, window, r, OpenDocument.go_to, r.revision))

@@ -595,6 +595,13 @@ class Fixes(TabRequest):
     answer = a.Fixes
 
 
+class Failures(BaseRequest):
+    """Ask how each part of a robot with this `body` can fail."""
+
+    body: Name = ""
+    answer = dict[str, list[str]]
+
+
 class Identities(BaseRequest):
     """Ask for the servants of the realm, each with the type ids of its interfaces."""
 

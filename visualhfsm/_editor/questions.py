@@ -31,6 +31,7 @@ from visualhfsm.project._code_help.definition import define
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.files import read_file
 from visualhfsm.project._editing.imports import imported_views
+from visualhfsm.trials import ways_to_fail
 
 from . import answers as a
 from . import protocol as p
@@ -129,10 +130,19 @@ async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
         "place": None if first is None else first.place,
         "proved": len(verdict.proved),
         "tests": verdict.tests,
+        "survived": sum(each.held for each in verdict.survivals),
         "seconds": verdict.seconds,
         "missed": list(verdict.missed),
         "robot": body.title,
     }
+
+
+async def failures(workspace: Workspace, _: Window, request: p.Failures) -> dict[str, list[str]]:
+    """Return how each part of a robot can fail."""
+    root = workspace.project.root.directory
+    return await workspace.threads.do(
+        lambda: ways_to_fail(body_option(root, known_body(root, request.body).name))
+    )
 
 
 async def export(workspace: Workspace, _: Window, request: p.Export) -> a.Download:

@@ -15,12 +15,13 @@ from visualhfsm.trials import make_archive, unpack
 class Copy:
     """A private copy, made at once, which is deleted at the end of a `with` block.
 
-    `document` is the file there, `top` the folder of the project, and `archive` what runs use. Other files of
-    the project are links there, for its tests.
+    `document` is the file there, `home` the original, `top` the folder of the project, and `archive` what
+    runs use. Other files of the project are links there, for its tests.
     """
 
     def __init__(self, file: Path, root: Path) -> None:
         """Raise VisualHfsmError if there are too many files beside the document."""
+        self.home: Final = file
         file = file.resolve()
         self.archive: Final = make_archive(file)
         self._folder = TemporaryDirectory(prefix="visualhfsm-verdict-", ignore_cleanup_errors=True)

@@ -1,7 +1,8 @@
 """One verdict on a document: ready to drive a robot, or what is not, in the order of what to fix first.
 
 First comes what checks and the model checker find; then a run in virtual time, with the robot that has no
-physics; then the document's tests. No code of a document with errors is run.
+physics; then trials in which the robot fails as the document must survive; then its tests. No code of a
+document with errors is run.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from zenoh_ice.data import typed
 from zenoh_ice.data.text import sentence
 
 from ._copy import Copy
+from ._survival import NeverTried, Survival, never_tried, try_failures
 
 _MEMORY: Final = 2000
 """Most memory of the run, in MB."""
@@ -53,9 +55,11 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 
     `proved` are the properties that hold in all runs. `warnings` leave it ready, and so do properties that
     the model checker left `undecided`, and those `not_shown` by the run to be violated, which they are if
-    certain guards ever hold. `tests` is how many passed, `seconds` the virtual time of the run, `missed`
-    the names of states in which it never stayed. The `digest` is that of all files that a run uses, and of
-    the versions of what runs them: of others the verdict may be another one.
+    certain guards ever hold. `survivals` say what became of it under each failure that it must survive, and
+    `never_tried` how many others nobody tried, if it uses a robot. `tests` is how many passed, `seconds` the
+    virtual time of the run, `missed` the names of states in which it never stayed. The `digest` is that of
+    all files that a run uses, and of the versions of what runs them: of others the verdict may be another
+    one.
     """
 
     document: str
@@ -65,6 +69,8 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     proved: tuple[str, ...] = ()
     undecided: tuple[str, ...] = ()
     not_shown: tuple[str, ...] = ()
+    survivals: tuple[Survival, ...] = ()
+    never_tried: NeverTried | None = None
     tests: int = 0
     seconds: float = 0.0
     missed: tuple[str, ...] = ()
@@ -119,8 +125,8 @@ class Judge:
     ) -> Judgement:
         """Return the judgement of a document, of which findings are known; `allow`, `body`: see `verdict`.
 
-        `limits` are the virtual time of the run, and the time of the run and of the tests, in s; without them
-        no code is run.
+        `limits` are the virtual time of the run, and the time of the run, of all failures and of the tests,
+        in s; without them no code is run.
         """
         archive, name = copy.archive, copy.document.name
         names = [each.name.strip() or each.expression.text for each in document.properties]
@@ -134,14 +140,27 @@ class Judge:
         not_shown: tuple[str, ...] = ()
         went: tuple[of_tests.TestResult, ...] = ()
         missed: tuple[str, ...] = ()
+        tried: list[tuple[Survival | None, Reason | None]] = []
+        untried: NeverTried | None = None
         seconds, patience = limits or (0.0, 0.0)
         if found or not limits:
             found = [*reasons_of(document, copy.document, findings.problems), *never_ready]
         else:
             allow(archive)
             not_shown = tuple(names[each.place.index] for each in doubtful if each.place)
-            missed, failed = self._run(archive, document, seconds, patience, body)
-            found += failed
+            scene: dict[str, Quantity] = {"body": body} if body else {}
+            plan = Plan(
+                robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True, scene=scene
+            )
+            trial = partial(self._trial, archive)
+            missed, failed = self._run(document, name, plan, trial)
+            if not failed:
+                tried = [*try_failures(document, copy.home, plan, trial)]
+                try:
+                    untried = never_tried(document, copy.home, plan)
+                except VisualHfsmError as error:  # of a sweep that somebody kept
+                    warnings.append(Reason(found="survives", message=error.message))
+            found += [*failed, *(reason for _, reason in tried if reason)]
             went, failed = self._test(copy, patience)
             found += failed
         verdict = Verdict(
@@ -152,6 +171,8 @@ class Judge:
             proved=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "holds"),
             undecided=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "undecided"),
             not_shown=not_shown,
+            survivals=tuple(each for each, _ in tried if each),
+            never_tried=untried,
             tests=sum(each.outcome == "passed" for each in went),
             seconds=seconds,
             missed=missed,
@@ -159,18 +180,17 @@ class Judge:
         )
         return Judgement(verdict, findings, copy.document, went)
 
+    def _trial(self, archive: Archive, plan: Plan) -> Outcome:
+        """Run a trial of the document. Raises VisualHfsmError."""
+        return self._thread.submit(self._processes.run, Task(plan, 1, archive)).result()
+
     def _run(
-        self, archive: Archive, document: Document, seconds: float, patience: float, body: str
+        self, document: Document, name: str, plan: Plan, trial: Callable[[Plan], Outcome]
     ) -> tuple[tuple[str, ...], list[Reason]]:
         """Run in virtual time; return the states in which it never stayed, and what is wrong with it."""
-        scene: dict[str, Quantity] = {"body": body} if body else {}
-        plan = Plan(
-            robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True, scene=scene
-        )
-        name = Path(archive.document).name
         hints = (f"see it in a dry run: visualhfsm edit {name}",)
         try:
-            outcome = self._thread.submit(self._processes.run, Task(plan, 1, archive)).result()
+            outcome = trial(plan)
         except VisualHfsmError as error:
             return (), [
                 Reason(found="run", message=error.message, hints=hints, **_place_in(f"{error.message}"))

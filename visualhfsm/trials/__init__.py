@@ -17,12 +17,18 @@ if TYPE_CHECKING:
     from ._archive import make_archive as make_archive
     from ._archive import unpack as unpack
     from ._errors import TrialsError as TrialsError
+    from ._failures import untried_failures as untried_failures
+    from ._failures import ways_to_fail as ways_to_fail
+    from ._failures import with_failure as with_failure
     from ._functions import FunctionFailed as FunctionFailed
     from ._functions import call_function as call_function
     from ._outcomes import Outcome as Outcome
     from ._outcomes import StateChange as StateChange
     from ._outcomes import failure_said as failure_said
     from ._outcomes import versions as versions
+    from ._plan import FAILURE as FAILURE
+    from ._plan import FATE as FATE
+    from ._plan import FATE_AT as FATE_AT
     from ._plan import SUFFIX as SUFFIX
     from ._plan import Disturbance as Disturbance
     from ._plan import Function as Function

@@ -37,10 +37,10 @@ class Disturbances:
             action = self._failure(part, kind, numbers) if part else self._action(each, numbers)
             self.later(numbers["at"], action)
 
-    def fail(self, what: str, at: float, begin: Callable[[], object]) -> None:
+    def fail(self, what: str, amount: float | None, at: float, begin: Callable[[], object]) -> None:
         """Let a part fail at a time, such as `Camera black`; `begin` is called then."""
         part, _, kind = what.rpartition(" ")
-        failure = self._failure(part, kind, {"seconds": 0.0})
+        failure = self._failure(part, kind, {"seconds": 0.0} | ({} if amount is None else {"amount": amount}))
         self.later(at, lambda: (begin(), failure()))
 
     def _failure(self, part: str, kind: str, numbers: Mapping[str, float]) -> Callable[[], object]:

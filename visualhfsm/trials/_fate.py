@@ -35,6 +35,8 @@ class Fate:
         self._word: object = None
         self.walked = 0.0
         """The longest time in s for which it walked on without a change of its states, and without a word."""
+        self.at = 0.0
+        """Since when it is what `end` returned, in s of the trial."""
 
     def begin(self) -> None:
         """Begin to watch: the robot fails now."""
@@ -60,13 +62,16 @@ class Fate:
     def end(self, *, reached: bool, success: bool) -> str:
         """Return what became of it; `reached` is whether it is where it is to come to, as far as it is."""
         behavior = self._behavior
+        self.at = now = behavior.time
         if behavior.robot.state.fallen:
             return FELL
         if reached and success:
             return SUCCEEDED
-        now, ended = behavior.time, behavior.ended.is_set() or behavior.halted
+        ended = behavior.ended.is_set() or behavior.halted
         if not ended and self._since is not None and now - self._cycled > _IDLE:
+            self.at = self._cycled
             return HUNG
         if ended or now - self._moved > _STILL:
+            self.at = self._moved
             return STOPPED
         return SUCCEEDED if success else FAILED

@@ -38,6 +38,10 @@ FAILS_AT: Final = "fails at"
 """The quantities of a failure that each trial has in turn."""
 FATE: Final = "fate"
 """The group that says what became of the behavior then."""
+FATE_AT: Final = "fate at"
+"""The number that says since when, in s of the trial."""
+WALKS_ON: Final = "walks on"
+"""The number that says for how long it walked on without a word, in s."""
 
 Time = Annotated[float, Meta(ge=0, le=86_400, description="write seconds from 0 to 86400")]
 Failure = Annotated[str, Meta(pattern=r"^\S.* \w+\Z", description="write PART KIND, such as Camera black")]
@@ -163,6 +167,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     """What fails in the trials, one in each, in turn: a part and how, such as `Camera black`."""
     fails_at: Spread | Choice | Time = 2.0
     """When it does, in s of the trial."""
+    fails_by: float | None = None
+    """How much, in the unit of the kind; by default as much as is usual."""
     success: Success = Success()
     numbers: dict[str, Function] = {}
     """Functions of the run that are called at its end, by the name of the number that each returns."""

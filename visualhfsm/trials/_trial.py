@@ -29,7 +29,7 @@ from ._errors import TrialsError
 from ._fate import Fate
 from ._functions import FunctionFailed, call_function
 from ._outcomes import Outcome, StateChange
-from ._plan import FAILS_AT, FAILURE, FATE, SAMPLED, Plan
+from ._plan import FAILS_AT, FAILURE, FATE, FATE_AT, SAMPLED, WALKS_ON, Plan
 from ._quantities import Value, Values
 from ._scene import scene_of
 
@@ -188,7 +188,7 @@ class _Trial:
         if plan.failures:
             self._fate = Fate(behavior, lambda: self._observed.cycles)
             self.watchers.append(self._fate.watch)
-            disturbances.fail(str(values[FAILURE]), float(values[FAILS_AT]), self._fate.begin)
+            disturbances.fail(str(values[FAILURE]), plan.fails_by, float(values[FAILS_AT]), self._fate.begin)
 
     def run(self) -> Outcome:
         """Run to the end: of success, of its limit, or of the behavior."""
@@ -208,7 +208,7 @@ class _Trial:
             if self._fate is not None:
                 reached = self._observed.reached is not None
                 groups[FATE] = self._fate.end(reached=reached, success=not reason)
-                numbers["walks on"] = self._fate.walked
+                numbers |= {WALKS_ON: self._fate.walked, FATE_AT: self._fate.at}
         except FunctionFailed as failure:
             reason = reason or str(failure)
         except MemoryError:

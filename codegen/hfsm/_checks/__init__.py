@@ -37,6 +37,7 @@ from .names import check_names, check_reserved, check_start, check_variables
 from .outputs import check_outputs, check_results, check_taken
 from .scope import Above
 from .structure import check_automaton, check_tree
+from .survives import check_survives
 
 _STAR = "*"
 
@@ -56,6 +57,7 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     check_neighbors(path, report)
     check_hidden_interfaces(analysis, report)
     check_component(document, interfaces, report)
+    check_survives(document, report)
     interfaces.kind.check(document, report)
     check_tree(document, report)
     for automaton in document.automata:

@@ -95,6 +95,7 @@ def _kind(
 _PARAMETER: Final = _kind("parameter", model.Parameter, leaves="name type default? description?")
 _EVENT: Final = _kind("event", model.Event, leaves="name description?")
 _PROPERTY: Final = _kind("property", model.Property, "kind", "name within? expression")
+_SURVIVES: Final = _kind("survives", model.Survives, "part kind amount? after? must?")
 _LIBRARY: Final = _kind("lib", model.Library, "kind?", text="name")
 INTERFACE: Final = _kind(
     "iceinterface",
@@ -144,6 +145,7 @@ DOCUMENT: Final = _kind(
     parameters=Items("parameters", _PARAMETER, listed=True, optional=True),
     events=Items("events", _EVENT, listed=True, optional=True),
     properties=Items("properties", _PROPERTY, listed=True, optional=True),
+    survives=Items("survives", _SURVIVES),
     SubAutomata=Items("automata", AUTOMATON),
     libraries=Items("libraries", _LIBRARY, listed=True),
     config=Items("interfaces", INTERFACE, listed=True),

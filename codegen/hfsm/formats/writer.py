@@ -53,6 +53,9 @@ class _Writer:
                 raise DocumentNotWritableError(f"`{kind.tag}` can only have text")
             self._line(f"{start}{_escaped(getattr(node, kind.text).text)}</{kind.tag}>")
             return
+        if not kind.children and not node.extras:
+            self._line(f"{start[:-1]}/>")
+            return
         self._line(start)
         self._depth += 1
         for tag, child in kind.children.items():

@@ -21,10 +21,20 @@ from .. import nodes
 from .base import Command, Id, Index, Language, made_up, only_text
 
 ListName = Literal[
-    "parameters", "events", "properties", "libraries", "interfaces", "ros", "inputs", "outputs"
+    "parameters",
+    "events",
+    "properties",
+    "survives",
+    "libraries",
+    "interfaces",
+    "ros",
+    "inputs",
+    "outputs",
 ]
 PropertyKind = Literal["always", "eventually", "never"]
 RosKind = Literal["publish", "subscribe", "service", "action"]
+_KINDS: Final = {"properties": get_args(PropertyKind), "ros": get_args(RosKind)}
+"""The kinds of the entries of a list, where there are only these."""
 Entries = tuple[Any, ...]
 _OwnerT = TypeVar("_OwnerT", model.Document, model.Automaton)
 
@@ -57,6 +67,12 @@ _LISTS: Final[dict[str, _List]] = {
         model.Property(),
         ("name", "kind", "within", "expression"),
         " ",
+    ),
+    "survives": _List(
+        Message("failure to survive"),
+        Message("a failure to survive"),
+        model.Survives(part="Camera", kind="black"),
+        ("part", "kind", "amount", "after", "must"),
     ),
     "libraries": _List(
         Message("library"), Message("a library"), model.Library(name=model.Text("math")), ("name",)
@@ -162,7 +178,7 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
         def change(entries: Entries) -> Entries:
             nonlocal former
             entry = _entry_of(entries, self.list, self.index)
-            former = entry.name
+            former = getattr(entry, "name", "")
             new = nodes.changed(entry, **_checked_fields(self.list, self.fields))
             if new is entry:
                 return entries
@@ -236,9 +252,8 @@ def _checked_fields(list_name: str, fields: dict[str, str]) -> dict[str, str]:
                 Message("Cannot set {name!r} of the {noun}", name=name[:40], noun=noun),
                 Message("it has only {known}", known=", ".join(known)),
             )
-    kinds = get_args(RosKind if list_name == "ros" else PropertyKind)
-    kind = fields.get("kind", kinds[0])
-    if kind not in kinds:
+    kinds, kind = _KINDS.get(list_name, ()), fields.get("kind")
+    if kinds and kind is not None and kind not in kinds:
         raise EditError(
             Message("Cannot make a {noun} of the kind {kind!r}", noun=noun, kind=kind[:40]),
             Message("it is one of {kinds}", kinds=", ".join(kinds)),

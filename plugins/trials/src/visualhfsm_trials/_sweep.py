@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -17,7 +17,6 @@ from ._options import Again, Cluster, Out, Seed, Workers
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from naoserver.bodies.faults import FaultKind
     from visualhfsm.trials import Outcome
 
 _EPILOG: Final = examples(
@@ -26,8 +25,6 @@ _EPILOG: Final = examples(
     "sweep dance.xml --part InertialUnit --part Camera --moments 5",
     notes="Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C.",
 )
-_SIDES: Final = (("L", "R"), ("Left", "Right"), ("left", "right"), ("l_", "r_"))
-"""How the names of parts on both sides begin."""
 _FATES: Final = {
     "succeeded": ("·", "went on, and succeeded"),
     "stopped": ("s", "stopped"),
@@ -86,7 +83,7 @@ def sweep(
     from rich.console import Console
 
     from naoserver.bodies import DEFAULT_BODY
-    from naoserver.bodies.faults import kinds_of
+    from naoserver.bodies.faults import failures_of, kinds_of
     from naoserver_sim.named_body import named_body
     from visualhfsm.trials import Spread, TrialsError, plan_of
 
@@ -106,7 +103,7 @@ def sweep(
             part=unknown[0],
             parts=", ".join(kinds),
         )
-    failures = tuple(_failures(kinds, part or (), both_sides=both_sides))
+    failures = tuple(failures_of(kinds, part or (), both_sides=both_sides))
     moment = Spread(lowest=min(1.0, plan.limit / 4), highest=plan.limit / 2)
     plan = replace(plan, failures=failures, fails_at=moment, runs=moments * len(failures))
     where = Where(Console(), workers, cluster, again)
@@ -116,27 +113,6 @@ def sweep(
     if report is not None:
         write_page(where, report, plan, summary, file)
     _show(where.console, [*read_outcomes(file)], plan.runs)
-
-
-def _failures(
-    kinds: Mapping[str, Sequence[FaultKind]], only: Collection[str], *, both_sides: bool
-) -> Iterator[str]:
-    """Yield what fails, such as `Camera black`: of links the first alone, of two sides the left."""
-    loads = 0
-    for part, each in kinds.items():
-        if only and part not in only:
-            continue
-        if not only and not both_sides and _twin(part) in kinds:
-            continue
-        for kind in each:
-            loads += kind.name == "loaded"
-            if kind.name != "loaded" or loads == 1 or only:
-                yield f"{part} {kind.name}"
-
-
-def _twin(part: str) -> str:
-    """Return the name on the left of a part whose name begins as one on the right."""
-    return next((left + part.removeprefix(right) for left, right in _SIDES if part.startswith(right)), "")
 
 
 def _show(console: Console, outcomes: Sequence[Outcome], runs: int) -> None:

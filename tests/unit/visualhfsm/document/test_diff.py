@@ -100,6 +100,19 @@ def test_entries_that_share_a_name_are_distinguished_by_their_order() -> None:
     ]
 
 
+def test_failures_to_survive_are_matched_by_part_and_kind() -> None:
+    before = AddEntry(list="survives", fields={"part": "LKneePitch", "kind": "weak"}).apply(tree())
+    after = done(
+        before,
+        ChangeEntry(list="survives", index=0, fields={"amount": "0.5"}),
+        AddEntry(list="survives", fields={"part": "Camera", "kind": "black"}),
+    )
+    assert listed(before, after) == [
+        "changed document 0/0 amount:  > 0.5",
+        "added document 0/0 :  > Camera black",
+    ]
+
+
 def test_the_same_has_no_differences() -> None:
     assert diff_documents(tree(), parse(write_document(tree()), Message("Cannot read"))) == []
 
@@ -287,6 +300,18 @@ def test_both_may_add_something_of_one_name() -> None:
     )
     assert [each.default for each in outcome.document.parameters] == [Text("3.0")]
     assert outcome.conflicts == ("parameter a (deleted on one side): it stays",)
+
+
+def test_failures_that_both_sides_state_are_merged() -> None:
+    base = AddEntry(list="survives").apply(tree())
+    mine = ChangeEntry(list="survives", index=0, fields={"must": "succeed"})
+    theirs = AddEntry(list="survives", fields={"part": "LKneePitch", "kind": "stuck"})
+    both = merged([mine], [theirs], base)
+    assert not both.conflicts
+    assert [(each.failure, each.must) for each in both.document.survives] == [
+        ("Camera black", "succeed"),
+        ("LKneePitch stuck", ""),
+    ]
 
 
 def test_an_order_that_one_side_changed_is_taken() -> None:

@@ -18,7 +18,7 @@ def test_the_page_gets_all_that_it_draws() -> None:
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]
     assert set(data) == {
         *("description", "onError", "onRefused", "world", "language", "parameters", "events"),
-        *("properties", "libraries", "interfaces", "ros"),
+        *("properties", "survives", "libraries", "interfaces", "ros"),
     }
     automaton = msgspec.json.decode(msgspec.json.encode(view(document.automata[0])))
     assert (automaton["id"], automaton["father"], automaton["period"]) == (1, 0, "100")

@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import re
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Final
 
+import msgspec
 import pytest
 
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
 from visualhfsm import EditError, OpenDocument, Place, Project, Reason, SetText, Verdict, VisualHfsmError
 from visualhfsm._document.reasons import summary
-from visualhfsm.trials import Archive
+from visualhfsm.trials import Archive, Outcome
 
 pytestmark = pytest.mark.slow
 
 GO: Final = Place(kind="state", automaton=1, id=2, part="code")
 AFTER: Final = transition(3, 1, 2, "500", type="time", name="soon")
+
+
+SENSES: Final = "".join(
+    f"<iceinterface><nameinterface>{name}</nameinterface><nameproxy>{name}</nameproxy><ip>localhost</ip>"
+    f"<port>7447</port><interface>{name}</interface></iceinterface>"
+    for name in ("Motors", "Battery")
+)
+LOW: Final = '<survives part="Battery" kind="low"{}/>\n'
 
 
 def moves(code: str = "", *, libraries: tuple[str, ...] = (), properties: str = "") -> str:
@@ -413,3 +424,122 @@ def test_nothing_of_a_document_that_may_not_run_is_run(judged: Judged) -> None:
     with pytest.raises(EditError, match=r"moves\.xml"):
         opened.verdict(seconds=1.0, allow=refuse)
     assert not wrote.exists()
+
+
+# -- what it must survive ----------------------------------------------------------------------------------
+
+
+def walks(then: str, *survives: str) -> str:
+    """Return a document that walks, runs code once its battery is low, and states what it survives."""
+    return document(
+        sub(
+            1,
+            0,
+            state(1, "walks", "self.Motors.setV(0.1)", initial=True),
+            state(2, "tired", then),
+            transition(3, 1, 2, "self.Battery.getBatteryReading().charge < 0.1"),
+        ),
+        config=SENSES,
+        head="\n" + "".join(survives),
+    )
+
+
+STOPS: Final = "self.Motors.setV(0.0)"
+HANGS: Final = f"{STOPS}\nself.sleep(60.0)"
+WALKS_ON: Final = "self.Motors.setV(0.1)"
+
+
+@pytest.mark.parametrize(
+    ("then", "more", "held", "fate"),
+    [
+        (STOPS, "", True, ("stopped", 2.1)),
+        (STOPS, ' after="1.5"', True, ("stopped", 1.6)),
+        (STOPS, ' must="succeed"', False, ("stopped", 2.1)),
+        (WALKS_ON, ' must="succeed"', True, ("succeeded", 5.0)),
+        (HANGS, "", False, ("hung", 2.1)),
+        (STOPS, ' amount="0.5"', True, ("succeeded", 5.0)),  # which it need not notice
+    ],
+)
+def test_it_is_held_to_what_it_must_survive(
+    judged: Judged, then: str, more: str, held: bool, fate: tuple[str, float]
+) -> None:
+    verdict = judged.open(walks(then, LOW.format(more))).verdict(seconds=3.0)
+    (survival,) = verdict.survivals
+    assert (survival.held, survival.fate) == (held, fate[0])
+    assert survival.seconds == pytest.approx(fate[1], abs=0.21)
+    assert verdict.ready == held
+    assert [(each.found, each.line, each.place) for each in verdict.reasons] == (
+        [] if held else [("survives", 2, Place(kind="document", part="survives"))]
+    )
+
+
+@pytest.mark.parametrize(
+    ("survives", "said"),
+    [
+        ('<survives part="Knee" kind="stuck"/>', "Knee cannot fail: there is no part 'Knee' .* LKneePitch"),
+        ('<survives part="Battery" kind="stuck"/>', "Battery cannot fail: .* it can be low"),
+        (LOW.format(' amount="3"'), "the amount is 3, and must be from 0 to 1"),
+    ],
+)
+def test_a_failure_that_its_robot_cannot_have_is_said_with_those_that_there_are(
+    judged: Judged, survives: str, said: str
+) -> None:
+    reason = judged.reason(walks(STOPS, survives))
+    assert re.search(said, reason.message)
+    assert (reason.found, reason.file, reason.line) == ("survives", "moves.xml", 2)
+
+
+def test_a_failure_that_comes_after_its_end_is_no_trial(judged: Judged) -> None:
+    text = document(
+        sub(
+            1,
+            0,
+            state(1, "wait", initial=True),
+            state(2, "end").replace("<code>", "<final>true</final><code>"),
+            AFTER,
+        ),
+        config=SENSES,
+        head="\n" + LOW.format(""),
+    )
+    assert judged.reason(text).message.startswith("it ended at 0.5 s, before Battery low")
+
+
+def test_the_plan_beside_it_says_what_is_a_success(judged: Judged) -> None:
+    (judged.folder / "moves.trials.toml").write_text('robot = "fake"\nlimit = 3\nsuccess.state = "tired"\n')
+    verdict = judged.verdict(walks(WALKS_ON, LOW.format(' must="succeed"'), LOW.format(' amount="0.5"')))
+    assert [(each.failure, each.fate) for each in verdict.survivals] == [
+        ("Battery low", "succeeded"),
+        ("Battery low 0.5", "failed"),
+    ]
+
+
+def test_all_failures_together_have_a_limit_of_time(judged: Judged) -> None:
+    endless = walks("while self:\n    pass", LOW.format(""), LOW.format(' amount="0.08"'))
+    first, second = judged.verdict(endless, patience=4.0).reasons
+    assert re.search(r"with Battery low it hung .*: took more than \d", first.message)
+    assert second.message == "no time is left for Battery low 0.08: all failures took 4 s"
+
+
+def test_what_was_never_tried_is_counted_with_the_command_that_tries_it(judged: Judged) -> None:
+    path = judged.write(walks(STOPS, LOW.format("")))
+    opened = judged.open(path.read_text())
+    before = opened.verdict(seconds=1.0).never_tried
+    assert before is not None
+    assert (before.all - before.count, before.sweep) == (1, "visualhfsm sweep moves.xml")
+    swept = Outcome(number=1, values={"failure": "Camera black"}, success=True)
+    kept = judged.folder / "moves.sweep.outcomes.jsonl"
+    kept.write_bytes(b'{"document":"moves.xml"}\n' + msgspec.json.encode(swept) + b"\n" + b'{"cut o')
+    after = opened.verdict(seconds=1.0).never_tried
+    assert after is not None
+    assert (after.all, after.count) == (before.all, before.count - 1)
+    os.utime(kept, (1, 1))  # of what it was long ago
+    old = opened.verdict(seconds=1.0).never_tried
+    assert old is not None
+    assert (old.count, old.sweep) == (before.count, "visualhfsm sweep moves.xml --again")
+    kept.write_text("nothing\n")
+    (warning,) = opened.verdict(seconds=1.0).warnings
+    assert warning.message.startswith("moves.sweep.outcomes.jsonl: it is no kept sweep")
+
+
+def test_of_what_uses_no_robot_nothing_was_left_out(judged: Judged) -> None:
+    assert judged.verdict(moves()).never_tried is None

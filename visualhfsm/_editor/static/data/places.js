@@ -9,7 +9,9 @@ import {ownerOf, pathTo, titleOf} from "./outline.js";
 import {placed} from "./problems.js";
 import {t} from "../kit/texts.js";
 
-const LISTS = new Set(["parameters", "inputs", "outputs", "events", "properties", "libraries", "interfaces", "ros"]);
+const LISTS = new Set([
+  ...["parameters", "inputs", "outputs", "events", "properties", "survives", "libraries", "interfaces", "ros"],
+]);
 /** @type {Record<string, string>} */
 const WORDS = {
   entry: t("entry code"),
@@ -36,6 +38,7 @@ const WORDS = {
   parameters: t("parameter"),
   events: t("event"),
   properties: t("property"),
+  survives: t("failure"),
   libraries: t("library"),
   interfaces: t("interface"),
   ros: t("topic"),

@@ -66,6 +66,7 @@ export interface Answers {
   exportRun: Download;
   extract: Done;
   facts: RobotFacts;
+  failures: Record<string, string[]>;
   fixes: Fixes;
   follow: Followed;
   forceTransition: null;
@@ -215,27 +216,27 @@ export interface Commands {
   setComponentText: {part: "description" | "language" | "onError" | "onRefused" | "world"; text: string};
   /** Add an entry to a list; without a name it gets a free one. */
   addEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros" | "survives";
     automaton?: number;
     fields?: Record<string, string>;
     language?: string;
   };
   /** Change fields of an entry. */
   changeEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros" | "survives";
     automaton?: number;
     index: number;
     fields: Record<string, string>;
   };
   /** Remove an entry of a list. */
   removeEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros" | "survives";
     automaton?: number;
     index: number;
   };
   /** Move an entry of a list to another index. */
   reorderEntry: {
-    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros";
+    list: "events" | "inputs" | "interfaces" | "libraries" | "outputs" | "parameters" | "properties" | "ros" | "survives";
     automaton?: number;
     index: number;
     to: number;
@@ -473,6 +474,7 @@ export interface DocumentFields {
   parameters: Parameter[];
   events: DocumentEvent[];
   properties: Property[];
+  survives: Survives[];
   libraries: Library[];
   interfaces: Interface[];
   ros: RosInterface[];
@@ -641,7 +643,7 @@ export interface JointLimits {
 
 /** Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried. */
 export interface Judged {
-  found: "" | "checks" | "model checker" | "run" | "tests";
+  found: "" | "checks" | "model checker" | "run" | "survives" | "tests";
   message: string;
   missed: string[];
   place: Place | null;
@@ -649,6 +651,7 @@ export interface Judged {
   ready: boolean;
   robot: string;
   seconds: number;
+  survived: number;
   tests: number;
 }
 
@@ -1013,6 +1016,8 @@ export interface Requests {
   extract: {tab: number; automaton: number; path: string};
   /** Ask for the constants of the robot: `RobotFacts`. */
   facts: {};
+  /** Ask how each part of a robot with this `body` can fail. */
+  failures: {body?: string};
   /** Ask for what fixes the problems of a document. */
   fixes: {tab: number};
   /** Follow a running component. */
@@ -1342,6 +1347,15 @@ export interface StructurePush {
   push: "structure";
   component: string;
   value: LiveStructure;
+}
+
+/** A failure of a `part` of the robot that the behavior must survive, as `nao faults` names both. */
+export interface Survives {
+  part: string;
+  kind: string;
+  amount: string;
+  after: string;
+  must: string;
 }
 
 /** An open document. */

@@ -63,6 +63,7 @@ export function content(prefix = "", more = nothing) {
     ${table(t("Interfaces"), ["name", "identity", "type"], fields.interfaces, 2)}
     ${table(t("Interfaces of ROS"), ["name", "kind", "target", "type", "qos"], fields.ros, 2)}
     ${table(t("Properties"), ["name", "kind", "within", "expression", "verdict"], properties, 2)}
+    ${table(t("Failures that it survives"), ["part", "kind", "amount", "after", "must"], fields.survives, 2)}
     ${code(t("After an error"), fields.onError, 2)}${code(t("After a refused command"), fields.onRefused, 2)} ${more}
     ${[...automata.values()].map((each) => automatonPage(each, prefix))}`;
 }

@@ -28,6 +28,7 @@ import {
   rosSuggestions,
   servedList,
 } from "../code/known-interfaces.js";
+import {failureSuggestions, loadFailures} from "../code/known-failures.js";
 import {placed} from "../data/problems.js";
 import {importLink} from "../data/import-link.js";
 import {language, rich, t} from "../kit/texts.js";
@@ -52,8 +53,9 @@ class DataPanel extends PageElement {
 
   connectedCallback() {
     super.connectedCallback();
-    for (const loaded of [loadInterfaces(), loadIdentities()]) loaded.then(() => this.requestUpdate());
-    this.listen(store, "robot", () => loadIdentities().then(() => this.requestUpdate()));
+    const [ofRealm, ofRobot] = [loadIdentities, loadFailures];
+    for (const load of [loadInterfaces, ofRealm, ofRobot]) load().then(() => this.requestUpdate());
+    this.listen(store, "robot", () => Promise.all([ofRealm(), ofRobot()]).then(() => this.requestUpdate()));
   }
 
   /** Show a section; set by the page, and followed by `place`. @param {string} section */
@@ -268,7 +270,7 @@ const LANGUAGES = [
 ];
 
 /**
- * The data of the component: its description, interfaces, libraries, parameters, events and properties.
+ * The data of the component: its description, interfaces, libraries, parameters, events, properties and failures.
  *
  * @param {About & {known: InterfaceDescription[] | undefined, update: () => void, showProblems: () => void}} about
  */
@@ -279,7 +281,7 @@ function componentData(about) {
   const text = (part, label, more) =>
     textField(about, {kind: "document", part}, fields[part] ?? "", {label, kind: "select", ...more});
   /**
-   * @param {"interfaces" | "ros" | "libraries" | "parameters" | "events" | "properties"} name
+   * @param {"interfaces" | "ros" | "libraries" | "parameters" | "events" | "properties" | "survives"} name
    * @param {Partial<Pick<Entries, "details" | "suggest">>} [more]
    */
   const list = (name, more) => entryList(about, name, fields[name] ?? [], more);
@@ -296,7 +298,8 @@ function componentData(about) {
   ${servedList(fields.interfaces)} ${list("ros", {suggest: rosSuggestions})} ${rosList(fields.ros ?? [], update)}
   ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
   ${list("parameters")} ${list("events")}
-  ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}`;
+  ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}
+  ${list("survives", {suggest: failureSuggestions})}`;
 }
 
 const nothingMore = () => nothing;
@@ -351,6 +354,12 @@ const AT_STOP = [
   ["", t("Automatic")],
   ["true", t("Default message")],
   ["false", t("Nothing")],
+];
+
+/** @type {Options} */
+const WAYS_TO_SURVIVE = [
+  ["", t("Stop, or go on")],
+  ["succeed", t("Go on")],
 ];
 
 /** @type {Record<string, EntryList>} */
@@ -435,6 +444,20 @@ const LISTS = {
         mono: true,
         example: "not (day/lamp/red and day/lamp/green)",
       },
+    ],
+  },
+  survives: {
+    list: "survives",
+    title: t("Failures that it survives"),
+    noun: t("failure"),
+    add: t("Add a failure"),
+    explain: t("What its robot may have: Is it ready? tries each, and asks that it stops or goes on."),
+    fields: [
+      {name: "part", label: t("Part that fails"), mono: true, example: "Camera"},
+      {name: "kind", label: t("How it fails"), mono: true, example: "black"},
+      {name: "amount", label: t("How much"), mono: true, hint: t("as much as is usual")},
+      {name: "after", label: t("Fails at second"), mono: true, example: "2"},
+      {name: "must", label: t("What it must do"), kind: "select", options: WAYS_TO_SURVIVE},
     ],
   },
   inputs: {

@@ -62,7 +62,7 @@ export class Entries extends PageElement {
     const entry = this.querySelectorAll(".entry")[index];
     entry?.scrollIntoView({block: "nearest"});
     /** @type {TextField | null | undefined} */
-    const wanted = entry?.querySelector(`hfsm-text-field[data-field="${field || "name"}"]`);
+    const wanted = entry?.querySelector(`hfsm-text-field[data-field="${field || this.of.fields[0].name}"]`);
     await wanted?.updateComplete;
     if (focus) wanted?.focus();
   }
@@ -70,7 +70,7 @@ export class Entries extends PageElement {
   /** @param {Entry} entry @param {number} index */
   #entry(entry, index) {
     const {list, noun, fields} = this.of;
-    const words = `${noun} ${entry.name || index + 1}`;
+    const words = `${noun} ${entry.name || entry.part || index + 1}`;
     /** @type {Place} */
     const place = {kind: this.automaton ? "automaton" : "document", automaton: this.automaton, part: list, index};
     const own = this.problems.filter((each) => {
@@ -122,7 +122,7 @@ export class Entries extends PageElement {
   #add = async () => {
     const index = this.entries.length;
     if ((await apply("addEntry", {list: this.of.list, automaton: this.automaton})) === undefined) return;
-    await this.reveal(index, "name");
+    await this.reveal(index);
     this.querySelectorAll(".entry")[index]?.querySelector("input")?.select();
   };
 

@@ -69,7 +69,7 @@ export async function judge(app) {
     keep(tab);
     return;
   }
-  const {ready, found, place, proved, tests, missed} = verdict;
+  const {ready, found, place, proved, tests, survived, missed} = verdict;
   if (ready) {
     const shown = proved + tests > 0;
     const text = [
@@ -81,6 +81,7 @@ export async function judge(app) {
           ),
       missed.length ? t("It never stayed in {states}.", {states: few(missed)}) : "",
       proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
+      survived ? n("It survived a failure.", "It survived {count} failures.", survived) : "",
       tests ? n("A test passed.", "{count} tests passed.", tests) : "",
     ];
     keep(tab, revision, text.filter(Boolean).join(" "), shown ? "holds" : "undecided");

@@ -24,6 +24,31 @@ def test_functions_that_cannot_stand_in_a_class(path: Path, code: str, expected:
     assert one(errors(path, text)).startswith(f"7:{expected}")
 
 
+@pytest.mark.parametrize(
+    ("attributes", "expected"),
+    [
+        ('part="Camera" kind="black"', []),
+        ('part="Camera" kind="late" amount="0.5" after="1.5" must="succeed"', []),
+        ('part="Camera"', ["E506: `survives` needs the attribute `kind`"]),
+        (
+            'part="Camera" kind=" "',
+            ["E537: `survives` needs the part of the robot that fails, and how: Camera, black"],
+        ),
+        (
+            'part="Camera" kind="late" amount="much"',
+            ["E537: `amount` is `much`: write a number, such as 0.5"],
+        ),
+        ('part="Camera" kind="late" after="-1"', ["E537: `after` is `-1`: write seconds from 0 to 3600"]),
+        ('part="Camera" kind="late" must="win"', ["E537: `must` is `win`: write `succeed`, or nothing"]),
+    ],
+)
+def test_a_failure_to_survive_says_what_fails_and_how(
+    path: Path, attributes: str, expected: list[str]
+) -> None:
+    text = document(sub(1, 0, A), head=f"\n<survives {attributes}/>")
+    assert problems(path, text) == [f"2:1: {each}" for each in expected]
+
+
 def test_functions_that_collide(path: Path) -> None:
     text = document(
         sub(

@@ -21,6 +21,25 @@ def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
         write_document(Document(description=Text(text)))
 
 
+SURVIVING = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <!-- On a dark day. -->
+  <survives part="Camera" kind="black"/>
+  <survives part="LKneePitch" kind="weak" amount="0.5" after="1" must="succeed" mine="1"/>
+  <libraries/>
+  <config/>
+</VisualHFSM>
+"""
+
+
+def test_what_it_must_survive_is_written_as_it_was_read() -> None:
+    read = parse_document(SURVIVING, Path("test.xml"), Diagnostics())
+    assert read is not None
+    assert [each.failure for each in read.survives] == ["Camera black", "LKneePitch weak 0.5"]
+    assert write_document(read) == SURVIVING
+
+
 @OLD_DOCUMENTS
 @settings(max_examples=examples(10), deadline=None)
 @given(documents)

@@ -79,6 +79,13 @@ def test_the_data_of_a_component_is_set() -> None:
             "properties",
         ),
         (
+            AddEntry(list="survives"),
+            ChangeEntry(
+                list="survives", index=0, fields={"kind": "late", "amount": "0.5", "must": "succeed"}
+            ),
+            "survives",
+        ),
+        (
             AddEntry(list="libraries", fields={"name": "cv2"}),
             ChangeEntry(list="libraries", index=0, fields={"name": "numpy as np"}),
             "libraries",
@@ -106,12 +113,13 @@ def test_the_data_of_a_component_is_set() -> None:
             "ros",
         ),
     ],
-    ids=["parameter", "event", "property", "library", "interface", "topic"],
+    ids=["parameter", "event", "property", "failure", "library", "interface", "topic"],
 )
 def test_entries_are_added_changed_moved_and_removed(add: Command, change: Command, list_name: Any) -> None:
     document = add.apply(add.apply(tree()))
     added = getattr(document, list_name)
-    assert len({each.name for each in added}) == (1 if list_name == "libraries" else 2)
+    names = {getattr(each, "name", None) for each in added}
+    assert len(names) == (1 if list_name in ("libraries", "survives") else 2)
     document = change.apply(document)
     first, second = getattr(document, list_name)
     assert first != added[0]
