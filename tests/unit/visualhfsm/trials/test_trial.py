@@ -267,7 +267,7 @@ def test_a_ball_is_carried_to_and_fro_at_a_speed(tmp_path: Path) -> None:
 
 
 def test_a_ball_that_is_carried_once_stays_there() -> None:
-    once = Disturbance(at=0.5, move="BallGreen", to={"pan": 2.0}, speed=2.0)
+    once = Disturbance(at=0.5, move="BallGreen", to={"pan": 2.0}, speed=6.0)
     assert run_trial(plan(FOLLOW, "search", robot="fake", limit=4.0, disturbances={"once": once}), 1).success
 
 
