@@ -82,7 +82,7 @@ _SERVER: Final = (
 )
 _NETWORK: Final = (
     FaultKind("late", sentence("each message arrives so much later"), "s", 0.0, 10.0, 0.2),
-    FaultKind("lossy", sentence("so many of the messages are lost"), "share", 0.0, 1.0, 0.2),
+    FaultKind("lossy", sentence("so large a share of messages is lost"), "share", 0.0, 1.0, 0.2),
     FaultKind("deaf", sentence("what is sent to the robot does not arrive")),
     FaultKind("mute", sentence("what the robot sends does not arrive")),
 )

@@ -84,8 +84,9 @@ class Faults:
                 "seconds", f"seconds is {seconds:g}: it must be above 0 and at most {longest:g}"
             )
         if (part, kind) == (SERVER, RESTARTED) and self.restart is None:
-            why = "its process is not its own, but that of a test, a trial or a behavior"
-            raise InvalidCommand("kind", f"{part} cannot be {kind} here: {why}")
+            raise InvalidCommand(
+                "kind", f"{part} cannot be {kind}: its process is not its own, but that of a test or a trial"
+            )
         return amount
 
     def heal(self, part: str | None = None) -> None:

@@ -30,6 +30,8 @@ _RESOLUTION: Final = 1e-6
 _UNKNOWN_LIMIT: Final = 10.0
 """Seconds for which a lost call is kept whose limit is not known."""
 
+_MARGIN: Final = 1.0
+"""Seconds for which it is kept after its limit, which is counted elsewhere."""
 
 Admit = Callable[..., object]
 Put = Callable[["bytes | Pieces", bytes], object]
@@ -113,9 +115,10 @@ class FailingLink:
         with suppress(MarshalException):  # the receiver refuses it
             timeout = decode_attachment(attachment).timeout if attachment is not None else 0.0
         limit = timeout or _UNKNOWN_LIMIT
+        kept = limit + _MARGIN
 
         def answer(ok: bool, result: bytes | Pieces) -> None:
-            self._send(partial(reply, ok, result), lost=self.state.mute, limit=limit)
+            self._send(partial(reply, ok, result), lost=self.state.mute, kept=kept)
 
         data = None if payload is None else bytes(payload)  # its memory may not last
         about = None if attachment is None else bytes(attachment)
@@ -127,23 +130,23 @@ class FailingLink:
             with self._lock:
                 self._held.append((self._clock.now() + limit, arrive))
         else:
-            self._send(arrive, lost=self.state.deaf, limit=limit)
+            self._send(arrive, lost=self.state.deaf, kept=kept)
 
     def put(self, genuine: Put, payload: bytes | Pieces, attachment: bytes) -> None:
         """Send a sample, in place of an outlet's `put`."""
         self._send(partial(genuine, payload, attachment), lost=self.state.mute or self.state.hung)
 
-    def _send(self, arrive: Callable[[], object], *, lost: bool, limit: float = 0.0) -> None:
+    def _send(self, arrive: Callable[[], object], *, lost: bool, kept: float = 0.0) -> None:
         """Let a message arrive, now, later or never.
 
-        A lost one is kept for its limit: a carrier that saw it dropped would tell the caller before that.
+        A lost one is kept for some s: a carrier that saw it dropped would tell the caller before its limit.
         """
         now = self._clock.now()
         with self._lock:
             lost = lost or self._random.random() < self.state.lossy or len(self._waiting) >= _MOST_WAITING
             due = max(self._newest, now + self.state.late)
             if lost:
-                due, arrive = now + limit, partial(id, arrive)  # which keeps it
+                due, arrive = now + kept, partial(id, arrive)  # which keeps it
             else:
                 self._newest = due
             if waits := due > now:

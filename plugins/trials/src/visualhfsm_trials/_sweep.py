@@ -78,9 +78,9 @@ def sweep(
 ) -> None:
     """Run a behavior under each failure of its robot, and say what becomes of it.
 
-    Each joint, sense and camera fails in each way, in virtual time, at a moment that is drawn: does the
-    behavior go on and succeed, notice and stop, go on and fail, fall, or hang? Code of the document runs as
-    you: try only documents that you trust.
+    Each joint, sense and camera, the server and its link fail in each way, in virtual time, at a moment that
+    is drawn: does the behavior go on and succeed, notice and stop, go on and fail, fall, or hang? Code of the
+    document runs as you: try only documents that you trust.
     """
     from msgspec.structs import replace
     from rich.console import Console
@@ -122,6 +122,8 @@ def _failures(
     kinds: Mapping[str, Sequence[FaultKind]], only: Collection[str], *, both_sides: bool
 ) -> Iterator[str]:
     """Yield what fails, such as `Camera black`: of links the first alone, of two sides the left."""
+    from naoserver.bodies.faults import RESTARTED
+
     loads = 0
     for part, each in kinds.items():
         if only and part not in only:
@@ -129,6 +131,8 @@ def _failures(
         if not only and not both_sides and _twin(part) in kinds:
             continue
         for kind in each:
+            if kind.name == RESTARTED:  # no process is only its server's
+                continue
             loads += kind.name == "loaded"
             if kind.name != "loaded" or loads == 1 or only:
                 yield f"{part} {kind.name}"
