@@ -61,6 +61,16 @@ def test_what_becomes_of_a_behavior(tmp_path: Path, then: str, goal: str | None,
     assert run(tmp_path, then, goal=goal).groups["fate"] == fate
 
 
+@pytest.mark.parametrize("failure", ["Server hung", "Link deaf", "Link mute", "Link late", "Link lossy"])
+def test_a_trial_goes_on_where_the_robot_is_not_reached(tmp_path: Path, failure: str) -> None:
+    renews = "while True:\n    self.Motors.setV(0.1)\n    self.sleep(0.2)"
+    outcome = run(tmp_path, renews, failures=("Battery low",), fails_at=0.5, limit=2.0)
+    assert outcome.groups["fate"] == "succeeded"
+    cut = run(tmp_path, "pass", failures=(failure,))
+    assert not cut.error
+    assert cut.time == pytest.approx(6.0, abs=0.1)
+
+
 @pytest.mark.sim
 def test_a_robot_whose_knees_are_limp_falls(tmp_path: Path) -> None:
     outcome = run(tmp_path, "pass", robot="sim", camera="drawn", failures=("LKneePitch limp",))

@@ -128,7 +128,9 @@ export class WhatIf {
     const all = this.failing.can.flatMap(({parts, kinds}) =>
       parts.map((part) => ({part, kinds, group: groupOf(part)})),
     );
-    return [JOINTS, SENSES, CAMERAS, LINKS, WHOLE, NETWORK].flatMap((group) => all.filter((each) => each.group === group));
+    return [JOINTS, SENSES, CAMERAS, LINKS, WHOLE, NETWORK].flatMap((group) =>
+      all.filter((each) => each.group === group),
+    );
   }
 
   /** The parts that the typed text leaves. */
