@@ -11,6 +11,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import EncodersPrx, MotorsPrx
 from interfaces.nao import FaultsPrx, HealthPrx, PoseHeadPrx, SafetyPrx
 from naoserver.errors import InvalidCommand
+from visualhfsm.simulation import Behavior
 from visualhfsm.testing import MakeBehavior
 from zenoh_ice import Settings, TimeoutException
 
@@ -37,14 +38,14 @@ def b(request, behavior: MakeBehavior):
     return behavior(Whole, robot=request.param)
 
 
-def taken(b, call: Callable[[], object]) -> float:
+def taken(b: Behavior, call: Callable[[], object]) -> float:
     """Return how many s of virtual time a call took."""
     before = b.clock.now()
     call()
     return b.clock.now() - before
 
 
-def limit_of(b, call: Callable[[], object]) -> float:
+def limit_of(b: Behavior, call: Callable[[], object]) -> float:
     """Return after how many s of virtual time a call gave up."""
 
     def give_up() -> None:
@@ -54,13 +55,10 @@ def limit_of(b, call: Callable[[], object]) -> float:
     return taken(b, give_up)
 
 
-def walked(b) -> float:
-    return b.robot.device.walker.odometry().x
-
-
-def head_goal(b) -> float:
-    reading = b.robot.device.read()
-    return reading.commands[b.robot.device.body.joint_names.index("HeadYaw")]
+def walked(b: Behavior) -> float:
+    walker = b.robot.device.walker
+    assert walker is not None
+    return walker.odometry().x
 
 
 # -- late -----------------------------------------------------------------------------------------------------------

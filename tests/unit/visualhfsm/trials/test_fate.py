@@ -62,13 +62,13 @@ def test_what_becomes_of_a_behavior(tmp_path: Path, then: str, goal: str | None,
 
 
 @pytest.mark.parametrize("failure", ["Server hung", "Link deaf", "Link mute", "Link late", "Link lossy"])
-def test_a_trial_goes_on_where_the_robot_is_not_reached(tmp_path: Path, failure: str) -> None:
-    renews = "while True:\n    self.Motors.setV(0.1)\n    self.sleep(0.2)"
-    outcome = run(tmp_path, renews, failures=("Battery low",), fails_at=0.5, limit=2.0)
-    assert outcome.groups["fate"] == "succeeded"
-    cut = run(tmp_path, "pass", failures=(failure,))
-    assert not cut.error
-    assert cut.time == pytest.approx(6.0, abs=0.1)
+def test_who_waits_for_the_limit_of_a_call_over_a_failing_link_does_not_hang(
+    tmp_path: Path, failure: str
+) -> None:
+    outcome = run(tmp_path, "pass", failures=(failure,))
+    assert not outcome.error
+    assert outcome.time == pytest.approx(6.0)
+    assert outcome.groups["fate"] in {"stopped", "succeeded"}
 
 
 @pytest.mark.sim
