@@ -51,7 +51,7 @@ class _State(msgspec.Struct):
 
 
 _MOMENT: Final = 0.5
-"""Seconds that what lasts no time, as a restart, may have taken to be told."""
+"""Seconds that what lasts no time, as a restart, may take until it is reported."""
 
 T = TypeVar("T")
 

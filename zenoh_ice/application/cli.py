@@ -215,7 +215,7 @@ def stop_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[Stop]:
 
     The block runs on the main thread. It waits for the event or polls it, cleans up, and ends; then
     SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
-    After `Stop.begin_again` the command starts anew instead. Further signals are ignored for `cleanup_limit`
+    After `Stop.begin_again` the command starts again instead. Further signals are ignored for `cleanup_limit`
     s; the first one after that ends the process at once.
     """
     stop = Stop()

@@ -58,8 +58,8 @@ SOUND: Final = LinkState()
 class FailingLink:
     """Let messages pass as a link does that fails; thread-safe.
 
-    Time is that of `clock`, chance that of `seed`. Somebody calls `deliver` when messages are `due`, and is
-    told by `wake` whenever that may be earlier.
+    Time is that of `clock`, chance that of `seed`. Somebody calls `deliver` when messages are `due`;
+    `wake` is called whenever that may be earlier.
     """
 
     def __init__(self, clock: Clock, seed: int, wake: Callable[[], object]) -> None:
@@ -139,7 +139,7 @@ class FailingLink:
     def _send(self, arrive: Callable[[], object], *, lost: bool, kept: float = 0.0) -> None:
         """Let a message arrive, now, later or never.
 
-        A lost one is kept for some s: a carrier that saw it dropped would tell the caller before its limit.
+        A lost one is kept for some s: a carrier that saw it dropped would end the call before its limit.
         """
         now = self._clock.now()
         with self._lock:
