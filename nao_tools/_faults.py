@@ -50,6 +50,9 @@ class _State(msgspec.Struct):
     faults: list[_Fault]
 
 
+_MOMENT: Final = 0.5
+"""Seconds that what lasts no time, as a restart, may take until it is reported."""
+
 T = TypeVar("T")
 
 
@@ -90,8 +93,8 @@ def inject(
     """Let a part fail, and print the failure. Raises the exceptions of `Faults.inject`."""
     with initialize(settings) as communicator:
         proxy = _proxy(communicator)
+        state = _ask(proxy, _State, "getFaults")  # first: a server that hangs answers nothing
         fault = _ask(proxy, _Fault, "inject", part, kind, amount, seconds)
-        state = _ask(proxy, _State, "getFaults")
     if as_json:
         print_json(_as_json(fault))
     else:
@@ -121,8 +124,8 @@ def _ask(proxy: DynamicProxy, kind: type[T], operation: str, *arguments: object)
 def _line(fault: _Fault, state: _State) -> str:
     amount = f" {fault.amount:g}" if fault.amount else ""
     left = fault.end - state.time
-    lasts = "until it is healed" if math.isinf(left) else f"for {max(left, 0.0):.1f} s"
-    return f"{fault.part} fails: {fault.kind}{amount}, {lasts}"
+    lasts = ", until it is healed" if math.isinf(left) else f", for {left:.1f} s" if left > _MOMENT else ""
+    return f"{fault.part} fails: {fault.kind}{amount}{lasts}"
 
 
 def _amount(kind: _Kind) -> str:

@@ -237,6 +237,7 @@ def naoserver_sim(
     ):
         for robot in arena.robots:
             check_cameras(options.cameras, robot.cameras)
+            robot.faults.restart = stop.begin_again
         arena.start(
             cameras=bool(options.cameras)
         )  # first: clients that find the server wait only briefly for its servants

@@ -216,7 +216,7 @@ class ArenaRobot(SimulatedDevice):
         self.body: Final = body
         self.cameras: Final = model.cameras
         self.gains: Final = self if body.gains else None
-        self.faults: Final = Faults(body, self.clock, physics=True)
+        self.faults: Final = Faults(body, self.clock, physics=True, seed=seed or 0)
         self.failing_senses: Final = FailingSenses(self.faults, body)
         """What its senses report while parts of it fail."""
         scatter = np.random.default_rng((0 if seed is None else abs(seed), _SCATTER))

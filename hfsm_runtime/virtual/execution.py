@@ -374,7 +374,9 @@ class Execution(VirtualRun):
         for actor, failure in failures:
             if pauses and isinstance(failure, CommandRefusedException):
                 continue
-            if self._strict and not (self.world.network.offline and isinstance(failure, UNAVAILABLE)):
+            network = self.world.network
+            is_cut = network.offline or network.has_failed
+            if self._strict and not (is_cut and isinstance(failure, UNAVAILABLE)):
                 last = self.errors[-1] if self.errors else None
                 error = last.message if last else describe(failure)
                 what = sentence(f"the code of {actor.automaton.name} raised {error}")

@@ -9,8 +9,9 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
+from queue import SimpleQueue
 from typing import Any, Final
 
 import msgspec
@@ -24,15 +25,16 @@ from zenoh_ice import (
     SystemException,
     ZenohIceError,
 )
-from zenoh_ice.data.codec import Parted, Pieces
+from zenoh_ice.data.codec import Parted
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment, decode_error, encode_sample_attachment
 from zenoh_ice.objects.streams import CHECKS
+from zenoh_ice.routes.failing import FailingLink
 from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.threads.limits import LIMITS
 from zenoh_ice.threads.pool import Pool
-from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Outlet, Pacer, outcome_of
+from zenoh_ice.transport import Answer, Arrived, Caller, Inlet, Outcome, Pacer, outcome_of
 
 from .._robot import like
 from ..coroutine import Coroutine
@@ -65,6 +67,8 @@ class VirtualNetwork:
         """Functions of stubs that return the newest value of a stream, by identity and operation."""
         self.offline: set[str] = set()
         """Identities of servants whose calls fail, and whose streams bring nothing, as over a cut link."""
+        self.has_failed = False
+        """Whether a link of it failed ever: limits of calls may pass after its end, too."""
         self.communicator: Final = _VirtualCommunicator(
             _SETTINGS,
             pool=Pool(0, "virtual"),
@@ -84,6 +88,11 @@ class VirtualNetwork:
         self._adapter.removeAll([name])
         self.polls[name] = polls or {}
         self._adapter.add(servant, name)
+
+    def impair(self, link: FailingLink | None, identities: Collection[str]) -> None:
+        """Let calls and samples of some servants pass a link that fails, as `ObjectAdapter.impair` does."""
+        self.has_failed = True
+        self._adapter.impair(link, identities)
 
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
@@ -135,9 +144,11 @@ class _VirtualTransport(InProcessTransport):
             return genuine
         return _LoggedCaller(self._network, genuine, target, operation)
 
-    def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
-        """Return the publishing end of a stream, whose samples are stamped with virtual time."""
-        return _StampedOutlet(super().publish(target, operation), self._network.clock)
+    def take(self, answers: SimpleQueue[Answer | None], timeout: float) -> Answer | None:
+        """Wait for an answer in virtual time: it comes at once but over a link that fails."""
+        if answers.empty():
+            self._network.clock.wait_for(lambda: not answers.empty(), timeout)
+        return answers.get_nowait()
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         """Return a listening end of a stream, which a stub may feed."""
@@ -195,22 +206,6 @@ class _LoggedCaller:
         arguments = codec.unpack(payload, self._what, self._network.communicator.stringToProxy)
         named = dict(zip(codec.fields, msgspec.structs.astuple(arguments), strict=True))
         self._network.journal.called(self._what, named, result, error, size)
-
-
-class _StampedOutlet:
-    """The publishing end of a stream, whose samples are stamped with virtual time."""
-
-    def __init__(self, genuine: Outlet, clock: TaskClock) -> None:
-        self._genuine: Final = genuine
-        self._clock: Final = clock
-        self.close: Final = genuine.close
-
-    @property
-    def listening(self) -> bool:
-        return self._genuine.listening
-
-    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
-        self._genuine.put(payload, _stamped(attachment, self._clock))
 
 
 class _PolledInlet:
@@ -333,9 +328,3 @@ class _PacedCallback:
         self._pacer.count()
         self._callback(self._waiting.popleft())
         self._plan()
-
-
-def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
-    """Return the attachment of a sample, sent at this virtual time."""
-    about = msgspec.structs.replace(decode_attachment(attachment), wall_time=clock.now())
-    return msgspec.msgpack.encode(about)

@@ -1,7 +1,8 @@
 """What of a body can fail, and how: data for a simulation and a fake robot, which let it happen.
 
 PX4 calls such things failures of units; NASA and ArduPilot inject them, too. A part is what a person would
-point at: a joint (with its motor, gear and encoder), a sensor, a camera, a link, the robot as a whole.
+point at: a joint (with its motor, gear and encoder), a sensor, a camera, a link, the robot as a whole, its
+server, the network.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ BATTERY: Final = "Battery"
 SPEECH: Final = "Speech"
 SOUNDS: Final = "Sounds"
 LEDS: Final = "Leds"
+SERVER: Final = "Server"
+"""The part that stands for the robot's server, and the one for the network between it and its clients."""
+LINK: Final = "Link"
+RESTARTED: Final = "restarted"
 
 _JOINT: Final = (
     FaultKind("stuck", sentence("it does not turn any more, whatever its motor does")),
@@ -70,7 +75,17 @@ _CAMERA: Final = (
     FaultKind("halved", sentence("pictures come at only a share of its rate"), "share", 0.01, 1.0, 0.5),
 )
 _ROBOT: Final = FaultKind("held", sentence("somebody holds it by its trunk"))
-_LINK: Final = FaultKind("loaded", sentence("it carries so much more"), "kg", 0.0, 5.0, 0.5)
+_LOADED: Final = FaultKind("loaded", sentence("it carries so much more"), "kg", 0.0, 5.0, 0.5)
+_SERVER: Final = (
+    FaultKind("hung", sentence("it answers no call and publishes nothing, for 5 s if no time is given")),
+    FaultKind(RESTARTED, sentence("it ends, and starts again as the same command")),
+)
+_NETWORK: Final = (
+    FaultKind("late", sentence("each message arrives so much later"), "s", 0.0, 10.0, 0.2),
+    FaultKind("lossy", sentence("so large a share of messages is lost"), "share", 0.0, 1.0, 0.2),
+    FaultKind("deaf", sentence("what is sent to the robot does not arrive")),
+    FaultKind("mute", sentence("what the robot sends does not arrive")),
+)
 
 
 _SIDES: Final = (("L", "R"), ("Left", "Right"), ("left", "right"), ("l_", "r_"))
@@ -112,7 +127,9 @@ def _each(body: Body, *, physics: bool) -> Iterator[tuple[str, tuple[FaultKind, 
         yield SOUNDS, (FaultKind("silent", sentence("nobody hears its sounds")),)
     if physics:
         yield ROBOT, () if body.mounted else (_ROBOT,)
-        yield from ((link.name, (_LINK,)) for link in body.links)
+        yield from ((link.name, (_LOADED,)) for link in body.links)
+    yield SERVER, _SERVER
+    yield LINK, _NETWORK
 
 
 def failures_of(
@@ -129,6 +146,8 @@ def failures_of(
         if not only and not both_sides and left_of(part) in kinds:
             continue
         for kind in each:
+            if kind.name == RESTARTED:  # its process is that of the trial
+                continue
             loads += kind.name == "loaded"
             if kind.name != "loaded" or loads == 1 or only:
                 yield f"{part} {kind.name}"

@@ -524,7 +524,7 @@ class FakeRobot(FakeDevice):
             )
             for index, name in enumerate(_COLORS)
         )
-        self.faults.on_change = self._note_failures
+        self.faults.watchers.append(self._note_failures)
         now, fails = self.clock.now, self.faults.of
         self.lights: Final = (
             FadingLights(now, body.lights, partial(fails, LEDS, "dark")) if body.lights else None

@@ -42,6 +42,8 @@ def serve_hardware(
     ):
         if lifecycle is not None:
             lifecycle.is_stopped = lambda: latch is not None and bool(latch.found.stop)
+        if robot.faults is not None:
+            robot.faults.restart = stop.begin_again
         robot.start()
         adapter = communicator.createObjectAdapter("RobotServer")
         with serve(robot, adapter, options, latch=latch) as assembly:

@@ -8,13 +8,17 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Final
 
-from naoserver.bodies.faults import Fault, FaultKind, Present, kinds_of
+from naoserver.bodies.faults import RESTARTED, SERVER, Fault, FaultKind, Present, kinds_of
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
 from zenoh_ice import Clock
 
 _LONGEST: Final = 86_400.0
 """Most seconds of a failure that ends by itself."""
+_HANG: Final = 5.0
+"""Seconds for which a server hangs where none are given."""
+_LONGEST_HANG: Final = 600.0
+"""Most seconds of it: nobody can heal it meanwhile."""
 _QUOTED: Final = 64
 _MOST_NAMES: Final = 80
 """Parts that a refusal lists."""
@@ -23,14 +27,17 @@ _MOST_NAMES: Final = 80
 class Faults:
     """Keep the failures of a robot. Thread-safe; they end by the robot's time."""
 
-    def __init__(self, body: Body, clock: Clock, *, physics: bool = False) -> None:
-        """With `physics` forces matter: it can be held, loaded and weak, too."""
+    def __init__(self, body: Body, clock: Clock, *, physics: bool = False, seed: int = 0) -> None:
+        """With `physics` forces matter: it can be held, loaded and weak, too; a link loses by `seed`."""
         self.kinds: Final[Mapping[str, tuple[FaultKind, ...]]] = kinds_of(body, physics=physics)
         """How each part can fail."""
         self.now: Final = clock.now
         """Robot time in s."""
-        self.on_change: Callable[[], object] = lambda: None
+        self.seed: Final = seed
+        self.watchers: Final[list[Callable[[], object]]] = []
         """Called when something begins to fail or is healed."""
+        self.restart: Callable[[], object] | None = None
+        """Starts the server again, where its process is its own."""
         self._lock: Final = threading.Lock()
         self._present: Present = MappingProxyType({})
         self._next_end = math.inf
@@ -41,10 +48,16 @@ class Faults:
         """Let a part fail from now on, for some robot seconds if they are given. Raises as `check` does."""
         amount = self.check(part, kind, amount, seconds)
         now = self.now()
+        if (part, kind) == (SERVER, RESTARTED):
+            assert self.restart is not None  # it is checked
+            self.restart()
+            return Fault(part, kind, amount, now, now)
+        if (part, kind) == (SERVER, "hung"):
+            seconds = seconds or _HANG
         fault = Fault(part, kind, amount, now, math.inf if seconds is None else now + seconds)
         with self._lock:
             self._become({**self._present, (part, kind): fault})
-        self.on_change()
+        self._tell()
         return fault
 
     def check(self, part: str, kind: str, amount: float | None = None, seconds: float | None = None) -> float:
@@ -65,9 +78,14 @@ class Faults:
                 "amount",
                 f"{part} {kind}: the amount is {amount:g}, and must be from {least:g} to {greatest:g} {unit}",
             )
-        if seconds is not None and not 0.0 < seconds <= _LONGEST:
+        longest = _LONGEST_HANG if (part, kind) == (SERVER, "hung") else _LONGEST
+        if seconds is not None and not 0.0 < seconds <= longest:
             raise InvalidCommand(
-                "seconds", f"seconds is {seconds:g}: it must be above 0 and at most {_LONGEST:g}"
+                "seconds", f"seconds is {seconds:g}: it must be above 0 and at most {longest:g}"
+            )
+        if (part, kind) == (SERVER, RESTARTED) and self.restart is None:
+            raise InvalidCommand(
+                "kind", f"{part} cannot be {kind}: its process is not its own, but that of a test or a trial"
             )
         return amount
 
@@ -78,7 +96,7 @@ class Faults:
         with self._lock:
             if self._present:
                 self._become({of: fault for of, fault in self._present.items() if part not in {None, of[0]}})
-        self.on_change()
+        self._tell()
 
     def current(self) -> Present:
         """Return the failures of now: the same object until they change."""
@@ -93,6 +111,10 @@ class Faults:
     def of(self, part: str, kind: str) -> Fault | None:
         """Return the failure of a part and kind of now, if there is one."""
         return self.current().get((part, kind))
+
+    def _tell(self) -> None:
+        for watch in self.watchers:
+            watch()
 
     def _become(self, present: dict[tuple[str, str], Fault]) -> None:
         self._next_end = min((fault.end for fault in present.values()), default=math.inf)

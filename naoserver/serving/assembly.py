@@ -35,6 +35,7 @@ from naoserver.serving._description import ClockI, DescriptionI, HealthI, Safety
 from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver.serving._faults import FaultsI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
+from naoserver.serving._link import LinkFailures
 from naoserver.serving._shared import StateStream
 from naoserver.serving._sight import SightI
 from naoserver.serving._team import TeamI
@@ -123,6 +124,11 @@ class Assembly:
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """Periodic jobs, except those that the robot's own control loop does."""
+        self.link: LinkFailures | None = None
+        """What lets its server and the link fail; None for a real robot."""
+        if robot.faults is not None:
+            self.link = LinkFailures(robot.faults, self.servants, wall, self._wake)
+            self.jobs.append(self.link)
         self.paths: Final = JointPaths(self.body, robot.clock, self._wake)
         """What moves joints along curves."""
         self._moves: Final = self._add_moves()

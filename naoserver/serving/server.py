@@ -76,6 +76,8 @@ def serve(
         for identity, servant in assembly.servants.items():
             adapter.add(servant, identity)
             served.append(identity)
+        if assembly.link is not None:
+            assembly.link.impair = adapter.impair
         threads.start()
         yield assembly
 
@@ -88,6 +90,8 @@ def problem_of(communicator: Communicator, assembly: Assembly) -> str:
     """
     if hanging := assembly.hanging():
         return f"{', '.join(hanging)} hangs"
+    if assembly.link is not None and assembly.link.loses_calls:
+        return ""  # ours would be lost, too
     limit = assembly.options.limits.answer
     safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
     try:

@@ -106,6 +106,8 @@ class RobotUnderTest:
         self._assembly: Final = Assembly(self.device, options, clock, hears=True, member=member)
         for identity, servant in self._assembly.servants.items():
             network.serve(identity, servant)
+        if self._assembly.link is not None:
+            self._assembly.link.impair = network.impair
         if eyes == "pictures":
             self._serve_pictures(network)
         jobs = _VirtualJobs(clock, self._assembly.jobs)

@@ -18,8 +18,8 @@ HUNG: Final = "hung"
 
 _STILL: Final = 2.0
 """Seconds at the end in which a robot that was stopped does not move."""
-_IDLE: Final = 1.0
-"""Seconds without a cycle of any automaton after which a behavior hangs."""
+_IDLE: Final = 3.0
+"""Seconds without a cycle of any automaton after which a behavior hangs: more than the limit of a call."""
 
 
 class Fate:

@@ -201,6 +201,12 @@ class Stop(threading.Event):
     signal: int = 0  # its number
     interrupts = False
     """Whether it interrupts the main thread, too: code that does not look at the event."""
+    again = False
+
+    def begin_again(self) -> None:
+        """End the command, and start it again in this process: with its arguments and its environment."""
+        self.again = True
+        self.set()
 
 
 @contextmanager
@@ -209,7 +215,8 @@ def stop_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[Stop]:
 
     The block runs on the main thread. It waits for the event or polls it, cleans up, and ends; then
     SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
-    Further signals are ignored for `cleanup_limit` s; the first one after that ends the process at once.
+    After `Stop.begin_again` the command starts again instead. Further signals are ignored for `cleanup_limit`
+    s; the first one after that ends the process at once.
     """
     stop = Stop()
     signals = _stop_signals()
@@ -255,6 +262,13 @@ def stop_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[Stop]:
         os.close(reader)
     if stop.signal:
         raise SystemExit(128 + stop.signal)
+    if stop.again:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        # As it was given: variables of systemd were taken out of ours.
+        given = Path("/proc/self/environ").read_bytes().split(b"\0")
+        environment = dict(each.split(b"=", 1) for each in given if b"=" in each)
+        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)  # noqa: S606 - ourselves
 
 
 @contextmanager

@@ -106,6 +106,11 @@ class InProcess:
             raise ConnectionLostException(f"there is no process {process} of realm {realm}")
         return status()
 
+    def take(self, answers: SimpleQueue[Answer | None], timeout: float) -> Answer | None:
+        """Wait for the answer of a call; raises Empty after `timeout` s."""
+        with self.pool.blocked():
+            return answers.get(timeout=timeout)
+
     def close(self) -> None:
         self.receivers.clear()  # first: a call registers its queue, then looks up its receiver
         for outcomes in tuple(self.awaited):
@@ -143,8 +148,7 @@ class InProcessCalls(msgspec.Struct, frozen=True, eq=False):
                     run()
                 else:
                     transport.pool.submit(run, kind)
-            with transport.pool.blocked():
-                answer = answers.get(timeout=self.timeout)
+            answer = transport.take(answers, self.timeout)
         except Empty:
             raise NoAnswer(timed_out=True) from None
         finally:

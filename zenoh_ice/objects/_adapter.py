@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import ExitStack
 from typing import Final
 
@@ -13,6 +13,7 @@ from zenoh_ice.data.keys import Target
 from zenoh_ice.objects._servant import Object, ServedObject
 from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.proxy import ObjectPrx
+from zenoh_ice.routes.failing import FailingLink
 
 
 class ObjectAdapter:
@@ -76,6 +77,15 @@ class ObjectAdapter:
     def find(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
         return self._servants.get(identity)
+
+    def impair(self, link: FailingLink | None, identities: Collection[str]) -> None:
+        """Let what passes between some of the active servants and others pass a failing link.
+
+        Without a link all passes freely, as it does for its other servants, and for those added later.
+        """
+        with self._lock:
+            for identity, served in (self._active or {}).items():
+                served.impair(link if identity in identities else None)
 
     def activate(self) -> None:
         """Serve the servants from now on.

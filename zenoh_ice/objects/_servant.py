@@ -42,6 +42,7 @@ from zenoh_ice.data.wire import (
 from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.proxy import ObjectPrx
 from zenoh_ice.objects.streams import Publisher
+from zenoh_ice.routes.failing import FailingLink
 from zenoh_ice.threads.pool import Job, JobKind
 from zenoh_ice.transport import Answer, Ended, Outlet, Registration, Reply
 
@@ -282,6 +283,12 @@ class ServedObject:
             return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment")))
         return method.kind, partial(self._run, call)
 
+    def _arrive(self, *call: Any, **about: Any) -> None:  # noqa: ANN401 - those of `admit`
+        """Admit a call that has passed a failing link, and have it executed."""
+        if (job := ServedObject.admit(self, *call, **about)) is not None:
+            kind, run = job
+            self._communicator.pool.submit(run, kind)
+
     def _run(self, call: _Call, refusal: exceptions.BusyException | None = None) -> None:
         """Execute or refuse, and answer, a call whose turn it is; then let the next one have the turn."""
         # Inlined: in a small call, each further function call would cost more than the work done in it.
@@ -444,6 +451,7 @@ class ServedObject:
         for operation in self._interface.all_operations.values():
             if operation.streamed:
                 publisher = self.servant.ice_publisher(operation)
+                publisher.clock = communicator.transport.clock
                 outlet = communicator.transport.publish(self.target, operation)
                 later(outlet.close)
                 publisher.attach(outlet)
@@ -452,6 +460,19 @@ class ServedObject:
         communicator.pool.reserve(self._turn.width)
         later(communicator.pool.reserve, -self._turn.width)
         later(communicator.transport.serve(self.target, self).close)
+
+    def impair(self, link: FailingLink | None) -> None:
+        """Let calls and samples pass a link that fails, or pass freely again.
+
+        The link stands in place of methods here, so that nothing is in the way while nothing fails.
+        """
+        vars(self).pop("admit", None)
+        if link is not None:
+            vars(self)["admit"] = partial(link.admit, self._arrive)
+        for outlet in self._outlets.copy().values():
+            vars(outlet).pop("put", None)
+            if link is not None:
+                vars(outlet)["put"] = partial(link.put, outlet.put)
 
     def announce(self) -> None:
         """Announce the servant to everybody, unless it was closed."""

@@ -24,6 +24,7 @@ from zenoh_ice.data.wire import NO_ATTACHMENT, Attachment, decode_attachment, en
 from zenoh_ice.objects._presence import Presence
 from zenoh_ice.objects.callbacks import notify_of_failure
 from zenoh_ice.threads._starting import repeat
+from zenoh_ice.threads.clock import WALL, Clock
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.threads.pool import Pool
 from zenoh_ice.transport import Inlet, Outlet, Pacer, Transport
@@ -61,6 +62,8 @@ class Publisher(Generic[V]):
         self._fingerprint: Final = fingerprint
         self.stream: Final = os.urandom(8).hex()
         """Different after each restart, so that the numbers of samples can begin again."""
+        self.clock: Clock = WALL
+        """That of a transport in virtual time stamps the samples."""
         self._numbers = itertools.count(1)
         # Reentrant: a listener that gets a sample at once, in a test without a network, may publish, too.
         self._sending = threading.RLock()
@@ -88,8 +91,11 @@ class Publisher(Generic[V]):
             raise exceptions.MarshalException(
                 f"{what}: {len(payload)} bytes; at most {result.size_limit} are sent"
             )
+        sent_at = None if self.clock is WALL else self.clock.now()
         with self._sending:  # they travel in the order of their numbers
-            attachment = encode_sample_attachment(self._fingerprint, next(self._numbers), time, self.stream)
+            attachment = encode_sample_attachment(
+                self._fingerprint, next(self._numbers), time, self.stream, sent_at
+            )
             for outlet in outlets:
                 outlet.put(payload, attachment)
 

@@ -75,9 +75,9 @@ def sweep(
 ) -> None:
     """Run a behavior under each failure of its robot, and say what becomes of it.
 
-    Each joint, sense and camera fails in each way, in virtual time, at a moment that is drawn: does the
-    behavior go on and succeed, notice and stop, go on and fail, fall, or hang? Code of the document runs as
-    you: try only documents that you trust.
+    Each joint, sense and camera, the server and its link fail in each way, in virtual time, at a moment that
+    is drawn: does the behavior go on and succeed, notice and stop, go on and fail, fall, or hang? Code of the
+    document runs as you: try only documents that you trust.
     """
     from msgspec.structs import replace
     from rich.console import Console

@@ -61,6 +61,16 @@ def test_what_becomes_of_a_behavior(tmp_path: Path, then: str, goal: str | None,
     assert run(tmp_path, then, goal=goal).groups["fate"] == fate
 
 
+@pytest.mark.parametrize("failure", ["Server hung", "Link deaf", "Link mute", "Link late", "Link lossy"])
+def test_who_waits_for_the_limit_of_a_call_over_a_failing_link_does_not_hang(
+    tmp_path: Path, failure: str
+) -> None:
+    outcome = run(tmp_path, "pass", failures=(failure,))
+    assert not outcome.error
+    assert outcome.time == pytest.approx(6.0)
+    assert outcome.groups["fate"] in {"stopped", "succeeded"}
+
+
 @pytest.mark.sim
 def test_a_robot_whose_knees_are_limp_falls(tmp_path: Path) -> None:
     outcome = run(tmp_path, "pass", robot="sim", camera="drawn", failures=("LKneePitch limp",))

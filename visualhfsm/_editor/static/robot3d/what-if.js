@@ -25,12 +25,15 @@ import {Painting} from "./painting.js";
 
 const ROBOT = "Robot";
 const LONGEST = 10_000; // ms until it is known what can fail
-const [JOINTS, SENSES, CAMERAS, LINKS, WHOLE] = [
+/** Parts beside the body. */
+const BESIDE = ["Server", "Link"];
+const [JOINTS, SENSES, CAMERAS, LINKS, WHOLE, NETWORK] = [
   t("Joints and motors"),
   t("Senses, lights and voice"),
   t("Cameras"),
   t("Links of the body"),
   t("The whole robot"),
+  t("Server and network"),
 ];
 /** Units that are words. @type {Record<string, string>} */
 const UNITS = {share: t("of the whole"), pixels: t("pixels")};
@@ -117,6 +120,7 @@ export class WhatIf {
     const joints = new Set(body?.joints.map(({joint}) => joint));
     const groupOf = (/** @type {string} */ part) => {
       if (part === ROBOT) return WHOLE;
+      if (BESIDE.includes(part)) return NETWORK;
       if (joints.has(part)) return JOINTS;
       if (cameras.includes(part)) return CAMERAS;
       return body?.links.has(part) ? LINKS : SENSES;
@@ -124,7 +128,9 @@ export class WhatIf {
     const all = this.failing.can.flatMap(({parts, kinds}) =>
       parts.map((part) => ({part, kinds, group: groupOf(part)})),
     );
-    return [JOINTS, SENSES, CAMERAS, LINKS, WHOLE].flatMap((group) => all.filter((each) => each.group === group));
+    return [JOINTS, SENSES, CAMERAS, LINKS, WHOLE, NETWORK].flatMap((group) =>
+      all.filter((each) => each.group === group),
+    );
   }
 
   /** The parts that the typed text leaves. */
