@@ -124,7 +124,7 @@ class RobotPose(Message, frozen=True):
 class Fault(msgspec.Struct, frozen=True):
     """A failure that somebody injected into a part of a robot, by a kind of `nao::FaultKind`.
 
-    The part of a robot of another realm has that behind it, as in `LKneePitch@nao2`; `amount` is in the unit
+    The part of a robot of another realm has that behind it, as in `Camera@nao2`; `amount` is in the unit
     of the kind, and 0 for one without.
     """
 

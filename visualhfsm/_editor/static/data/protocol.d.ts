@@ -1020,7 +1020,7 @@ export interface Requests {
   endRobot: {};
   /** Ask why each transition out of the current state has not fired: an `Explanation`. */
   explain: {component: string; automaton: number};
-  /** Ask the same about a component time in s of a component, or a recording: None where nothing is known. */
+  /** Ask the same about a component time in s of a component, or a recording; None if it is not known. */
   explainMoment: {component: string; automaton: number; time: number};
   /** Ask for the document as its file would hold it, or as one `page` of HTML, to download it. */
   export: {tab: number; page?: boolean};
