@@ -13,7 +13,7 @@ from hfsm_runtime._recording.surroundings import recorded_failures, recorded_sur
 from hfsm_runtime.component import Component, Proxy
 from hfsm_runtime.recording_file.messages import Description, Failing, Fault, RobotPose, World
 from hfsm_runtime.recording_file.writer import Entry
-from interfaces.nao import PoseHeadPrx
+from interfaces.nao import FaultsPrx, PoseHeadPrx
 from naoserver.bodies.description import write_looks
 from naoserver.body import write_body
 from naoserver.fake import FakeRobot
@@ -101,12 +101,16 @@ class TwoHeads(Component):
 @pytest.mark.slow
 def test_what_is_made_to_fail_of_its_robots_is_recorded_until_it_is_healed(written: Written) -> None:
     near, far = FakeRobot(), FakeRobot()
+    reminders: list[object] = []
     with (
         served(near) as home,
         served(far, realm="far") as other,
         home.client(connect=[home.endpoint, other.endpoint]) as client,
         recorded_failures(client.communicator, written.recorder, TwoHeads),
+        client.proxy(FaultsPrx, "Faults").getFaults.subscribe(reminders.append),
     ):
+        written.until(lambda: len(reminders) >= 2)
+        assert not written.of(Failing)
         near.faults.inject("LKneePitch", "stuck")
         written.until(lambda: written.of(Failing))
         far.faults.inject("Camera", "late", 0.5)
