@@ -39,7 +39,14 @@ test("a span lasts as long as its state is the current one", () => {
 test("what fails is a span until it changes, and goes on from what the server kept", () => {
   const knee = [{part: "LKneePitch", kind: "stuck", amount: 0}];
   const both = [...knee, {part: "Camera", kind: "late", amount: 0.5}];
-  const past = new StateChanges({start: 0, end: 2, changes: [], spans: [], numbers: [], failures: [{faults: knee, start: 1, end: 2}]});
+  const past = new StateChanges({
+    start: 0,
+    end: 2,
+    changes: [],
+    spans: [],
+    numbers: [],
+    failures: [{faults: knee, start: 1, end: 2}],
+  });
   past.add({time: 3, automata: []}, knee);
   past.add({time: 4, automata: []}, both);
   past.add({time: 5, automata: []}, []);

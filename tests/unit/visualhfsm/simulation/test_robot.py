@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,7 +63,7 @@ def test_a_posture_is_reached_and_reported(b) -> None:
 @pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
 def test_a_run_repeats_with_what_fails_in_it(behavior: MakeBehavior, robot: RobotKind) -> None:
     def course() -> list[tuple[float, ...]]:
-        settings = {"seed": 7} if robot == "sim" else {}
+        settings: dict[str, Any] = {"seed": 7} if robot == "sim" else {}
         b = behavior(Looks, robot=robot, camera="drawn", **settings)
         seen = []
         for tenth in range(12):
