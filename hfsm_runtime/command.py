@@ -201,12 +201,13 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
             else:
                 # Loaded only for a recording.
                 from ._recording.run import RecordedRuntime, recording
-                from ._recording.surroundings import recorded_surroundings
+                from ._recording.surroundings import recorded_failures, recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
                 runtime = RecordedRuntime(made, clock, recorder, **reactions)
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
+                stack.enter_context(recorded_failures(communicator, recorder, component))
             stop.interrupts = False
             if (kept := CycleFile.of_parent()) is not None:
                 stack.callback(kept.close)

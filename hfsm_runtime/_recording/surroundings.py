@@ -1,4 +1,4 @@
-"""Record the robot, its poses and those of the things around it, for viewers.
+"""Record the robot, its poses, those of the things around it, and what was made to fail, for viewers.
 
 They are not inputs of the component, and a replay skips them: the component's own calls are recorded apart.
 """
@@ -9,12 +9,23 @@ import contextlib
 import math
 import threading
 from collections.abc import Iterator
+from functools import partial
+from itertools import chain
 from typing import Final
 
-from hfsm_runtime.recording_file.messages import Description, RobotPose, Shape, World, values_of
-from interfaces.nao import DescriptionPrx, GroundTruthPrx, JointsPrx, Pose, ScenePrx
-from zenoh_ice import Communicator, ZenohIceError
+from hfsm_runtime.recording_file.messages import (
+    Description,
+    Failing,
+    Fault,
+    RobotPose,
+    Shape,
+    World,
+    values_of,
+)
+from interfaces.nao import DescriptionPrx, FaultsPrx, FaultState, GroundTruthPrx, JointsPrx, Pose, ScenePrx
+from zenoh_ice import Communicator, Sample, ZenohIceError
 
+from ..component import Component, proxies_of
 from .recorder import Recorder
 
 _POSE_PERIOD: Final = 0.1
@@ -27,7 +38,39 @@ _CALL_LIMIT: Final = 1000
 """Wall milliseconds for the answer to a call."""
 _JOIN_LIMIT: Final = 5.0
 _MOST_SHAPES: Final = 1000
+_QUEUE: Final = 100
+"""Changes of what fails that wait to be recorded."""
 _DIGITS: Final = 4
+
+
+@contextlib.contextmanager
+def recorded_failures(
+    communicator: Communicator, recorder: Recorder, component: type[Component]
+) -> Iterator[None]:
+    """Record what is made to fail of the robots that a component uses, in a `with` block."""
+    home, failures = communicator.realm, _Failures(recorder)
+    uses = (communicator.stringToProxy(each.identity) for each in proxies_of(component).values())
+    with contextlib.ExitStack() as stack:
+        for realm in {home, *(proxy.ice_getRealm() for proxy in uses)}:
+            behind = "" if realm == home else f"@{realm}"
+            faults = FaultsPrx.uncheckedCast(communicator.stringToProxy(f"Faults@{realm}"))
+            stack.enter_context(faults.getFaults.subscribe(partial(failures.record, behind), queue=_QUEUE))
+        yield
+
+
+class _Failures:
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
+        self._lock = threading.Lock()  # each robot has a thread
+        self._present: dict[str, tuple[Fault, ...]] = {}
+
+    def record(self, behind: str, sample: Sample[FaultState]) -> None:
+        """Record what fails of a robot, with this behind the names of its parts, if that has changed."""
+        found = tuple(Fault(f"{it.part}{behind}", it.kind, it.amount) for it in sample.value.faults)
+        with self._lock:
+            if found != self._present.get(behind, ()):
+                self._present[behind] = found
+                self._recorder.put("/faults", Failing(tuple(chain.from_iterable(self._present.values()))))
 
 
 @contextlib.contextmanager

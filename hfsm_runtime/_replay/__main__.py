@@ -68,7 +68,7 @@ def replay(
     logging.disable(logging.CRITICAL)
     recorded = Recording(recording)
     end = recorded.duration if until is None else round(until * _SECOND)
-    _report(output, Begin(recorded.duration / _SECOND, recorded.truncated))
+    _report(output, Begin(recorded.duration / _SECOND, recorded.truncated, recorded.failures.spans()))
     made = _load(component)
     other = None if edited is None else _load(edited)
 

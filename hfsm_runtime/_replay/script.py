@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from hfsm_runtime.recording_file import messages, reader
+from hfsm_runtime.recording_file.failures import FailureLog
 
 from .._recording.recorder import automaton_context
 from ..errors import ComponentError, ComponentStoppedError
@@ -55,12 +56,13 @@ class Recording(reader.RecordingFile):
     """A recording to replay: it is read once when it is made, and again for each iteration.
 
     `duration` are the ns from the start of the component to the last message, `settings` the policies that
-    it ran with, and the periods of its automata. Raises RecordingError.
+    it ran with, and the periods of its automata; `failures` are what was made to fail. Raises RecordingError.
     """
 
     def __init__(self, path: Path, limits: reader.ReadLimits = reader.READ_LIMITS) -> None:
         super().__init__(path, limits)
         self._images: dict[str, int] = {}
+        self.failures: Final = FailureLog()
         self.duration = 0
         self.settings: dict[str, Any] = {}
         for raw in self.messages():
@@ -68,6 +70,9 @@ class Recording(reader.RecordingFile):
                 if len(self._images) >= _MOST_IMAGES:
                     raise reader.RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
                 self._images[reader.decode(raw, reader.ImageHash).hash] = raw.place
+            if raw.kind is messages.Failing:
+                faults = reader.decode(raw, messages.Failing).faults
+                self.failures.note(faults, (raw.time - self.start) / 1e9)
             if raw.kind in messages.TO_LOOK_AT:
                 continue
             self.duration = max(self.duration, raw.time - self.start)
@@ -75,6 +80,7 @@ class Recording(reader.RecordingFile):
                 action = reader.decode(raw, messages.Action)
                 if action.kind == "made":
                     self.settings = action.arguments
+        self.failures.end(self.duration / 1e9)
 
     def __iter__(self) -> Iterator[TimedMessage]:
         for raw in self.messages():

@@ -121,6 +121,27 @@ class RobotPose(Message, frozen=True):
     sound: str = ""
 
 
+class Fault(msgspec.Struct, frozen=True):
+    """A failure that somebody injected into a part of a robot, by a kind of `nao::FaultKind`.
+
+    The part of a robot of another realm has that behind it, as in `Camera@nao2`; `amount` is in the unit
+    of the kind, and 0 for one without.
+    """
+
+    part: Annotated[str, Meta(max_length=200)]
+    kind: Annotated[str, Meta(max_length=200)]
+    amount: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.part} {self.kind}" + (f" {self.amount:g}" if self.amount else "")
+
+
+class Failing(Message, frozen=True):
+    """All that fails from now on, of the robots of the component: not an input of it."""
+
+    faults: Annotated[tuple[Fault, ...], Meta(max_length=500)]
+
+
 class Shape(msgspec.Struct, frozen=True, omit_defaults=True):
     """A shape of the world as `nao::WorldShape` has it; `at` is its place, and `kind` a word like box."""
 
@@ -298,10 +319,10 @@ class Overlap(Message, frozen=True):
 
 _OURS: Final[tuple[type[Message], ...]] = (
     Cycle, Change, Guard, Firing, Variables, Failure,
-    EventSent, Mark, RobotPose, World, Description, Action, Reading, Result, Gap, Overlap, Snapshot,
+    EventSent, Mark, RobotPose, Failing, World, Description, Action, Reading, Result, Gap, Overlap, Snapshot,
 )  # fmt: skip
 TO_LOOK_AT: Final[tuple[type[Message], ...]] = (
-    Description, Image, Picture, RobotPose, Snapshot, World,
+    Description, Failing, Image, Picture, RobotPose, Snapshot, World,
 )  # fmt: skip
 """Messages that a replay skips: they are not inputs of the component or, like images, found by hash."""
 MESSAGES: Final[dict[str, type[Message]]] = {

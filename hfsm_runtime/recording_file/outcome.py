@@ -6,6 +6,8 @@ from typing import Any, Literal
 
 import msgspec
 
+from .failures import FailureSpan
+
 
 class Side(msgspec.Struct):
     """The actions of the recording, or of the replay, in the cycle in which they diverge."""
@@ -55,10 +57,11 @@ class Step(msgspec.Struct, frozen=True):
 
 
 class Begin(msgspec.Struct, frozen=True, tag="begin", tag_field="event"):
-    """The recording was read."""
+    """The recording was read; `failures` are what was made to fail meanwhile."""
 
     recording_seconds: float
     truncated: bool
+    failures: list[FailureSpan] = []
 
 
 class Progress(msgspec.Struct, frozen=True, tag="progress", tag_field="event"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
@@ -145,6 +146,51 @@ def test_a_part_is_found_by_keys_fails_is_seen_and_heals_while_the_run_goes_on(
     assert failures(robot) == {}
     expect(status(shown)).to_have_text("Running")
     expect_current(shown, "wait")
+
+
+def test_a_run_that_is_looked_back_at_shows_what_failed_and_why_not_names_it(
+    shown: EditorPage, robot: ServedRobot
+) -> None:
+    moment = shown.page.get_by_role("slider", name="Moment of the run")
+    lanes = shown.page.locator(".timeline.compact .lane-names")
+    bubble = shown.page.locator(".why-not")
+    run(shown)
+    shown.button("Record").click()
+    expect(lanes.get_by_text("wait")).to_be_visible()
+    expect(lanes.get_by_text("Fails")).to_have_count(0)
+    faults_of(robot).inject("LKneePitch", "stuck")
+    expect(lanes.get_by_text("Fails")).to_be_visible()
+    expect(moment).to_have_attribute("aria-valuetext", re.compile("Made to fail: LKneePitch stuck"))
+    shown.state("wait").hover()
+    expect(bubble).to_contain_text("Made to fail: LKneePitch stuck")
+    shown.page.mouse.move(0, 0)
+    faults_of(robot).inject("Camera", "late", 0.5)
+    expect(moment).to_have_attribute("aria-valuetext", re.compile("LKneePitch stuck, Camera late 0.5"))
+    faults_of(robot).heal()
+    expect(moment).not_to_have_attribute("aria-valuetext", re.compile("fail"))
+    shown.button("End the recording").click()
+    shown.button("Play it").click()
+    expect(status(shown)).to_have_text("Recording")
+    expect(lanes.get_by_text("Fails")).to_be_visible()
+
+    moment.focus()
+    shown.press("End")
+    expect(moment).not_to_have_attribute("aria-valuetext", re.compile("fail"))
+    shown.state("wait").hover()
+    expect(bubble).to_contain_text("its guard count > 1000000 was false when it was evaluated last")
+    expect(bubble).not_to_contain_text("Made to fail")
+    shown.page.mouse.move(0, 0)
+    for _ in range(100):
+        shown.press("ArrowLeft")
+        if "Camera" in (moment.get_attribute("aria-valuetext") or ""):
+            break
+    expect(moment).to_have_attribute("aria-valuetext", re.compile("LKneePitch stuck, Camera late 0.5"))
+    shown.show_robot()
+    comes_true(shown, IS_DRAWN)
+    comes_true(shown, f"() => ({PAINT})('LKneePitch') === 'red' && ({PAINT})('RKneePitch') === ''")
+    shown.state("wait").hover()
+    expect(bubble).to_contain_text("Made to fail: LKneePitch stuck, Camera late 0.5")
+    assert shown.violations(".timeline") == []
 
 
 def test_a_refusal_is_shown_in_the_words_of_the_robot(shown: EditorPage, robot: ServedRobot) -> None:

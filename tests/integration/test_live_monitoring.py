@@ -24,6 +24,7 @@ from PIL import Image
 from hfsm_runtime import Component
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger.monitor import Monitor
+from hfsm_runtime.recording_file.messages import Fault
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
@@ -807,6 +808,29 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         assert picture is not None
         with Image.open(io.BytesIO(picture)) as image:
             assert (image.format, image.size) == ("JPEG", (320, 240))
+
+    on_page(robot, go)
+
+
+def test_what_fails_when_a_recording_begins_and_until_it_is_healed_is_in_it(
+    robot: ServedRobot, running: Walker, tmp_path: Path
+) -> None:
+    file, faults = tmp_path / "walker.mcap", robot.robot.faults
+    assert faults is not None
+
+    async def go(opened: Page) -> None:
+        await opened.attach()
+        faults.inject("LKneePitch", "stuck")
+        began = await opened.snapshot(lambda value: value.robot.failing)
+        await opened.service.record("walker", file, "", 0)
+        faults.heal()
+        healed = await opened.snapshot(lambda value: not value.robot.failing)
+        await opened.service.end_record("walker")
+        (live,) = (await opened.service.follow("walker"))["timeline"].failures
+        (kept,) = (await opened.service.recording(file))["timeline"].failures
+        assert live.faults == kept.faults == (Fault("LKneePitch", "stuck"),)
+        assert live.start <= began.component.time <= kept.start <= kept.end
+        assert kept.end == live.end <= healed.component.time
 
     on_page(robot, go)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import random
+import re
 import threading
 from collections import Counter
 from collections.abc import Callable
@@ -22,6 +23,8 @@ from hfsm_runtime.loading import load_module
 from hfsm_runtime.recording_file.messages import (
     Change,
     Description,
+    Failing,
+    Fault,
     Image,
     Message,
     RobotPose,
@@ -229,6 +232,30 @@ def test_what_the_robot_says_and_plays_is_that_of_the_moment(tmp_path: Path) -> 
     assert (later.says, later.sound) == ("", "")
 
 
+def test_what_failed_is_that_of_the_moment_and_on_the_timeline(tmp_path: Path) -> None:
+    knee, camera = Fault("LKneePitch", "stuck"), Fault("Camera", "late", 0.5)
+    run = recorded(
+        tmp_path / "run.mcap",
+        MOMENT,
+        ("/faults", Failing((knee,))),
+        MOMENT,
+        ("/robot", RobotPose({"HeadYaw": 0.1})),
+        MOMENT,
+        ("/faults", Failing((knee, camera, Fault("\x1b[2J", "odd")))),
+        MOMENT,
+        ("/faults", Failing(())),
+        MOMENT,
+    )
+    assert [at(run.log, time).robot.failing for time in (0.1, 0.9, 1.3, 1.7)] == [
+        (),
+        (knee,),
+        (knee, camera),
+        (),
+    ]
+    spans = [(span.faults, span.start, span.end) for span in run.log.timeline().failures]
+    assert spans == [((knee,), 0.4, 1.2), ((knee, camera), 1.2, 1.6)]
+
+
 def test_the_robot_is_the_one_that_was_recorded(tmp_path: Path) -> None:
     body = find_body("T1")
     pan = body.hinges["Neck"][Axis.PAN].joint
@@ -311,6 +338,11 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             assert opened["document"] == DOCUMENT
             moment = await service.moment(name, 0.1)
             assert msgspec.convert(moment, LiveSnapshot).component.automata[0].state == 1
+            explained = await service.explanation(name, 1, 0.15)
+            assert explained is not None
+            (why,) = explained.transitions
+            assert re.fullmatch(r"its time comes after 0\.\d\d s more in the state", why.reason)
+            assert await service.explanation(name, 99, 0.15) is None
             timeline = opened["timeline"]
             assert len(timeline.changes) == 1
             page, _ = content(

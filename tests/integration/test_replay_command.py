@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +19,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
+from hfsm_runtime.recording_file.messages import Failing, Message
+from hfsm_runtime.recording_file.reader import RecordingFile
 from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
 from tests.support.documents import compile_to, document, state, sub, transition
@@ -122,6 +125,40 @@ def test_a_run_whose_recording_a_full_disk_cut_short_fails(tmp_path: Path) -> No
     assert f"error: the recording {path} is incomplete: File too large" in component.output
     done = replay(path)
     assert "the recording was cut off: it is replayed as far as it goes" in done.stdout
+
+
+def test_what_was_made_to_fail_is_named_and_the_replay_repeats_the_run(tmp_path: Path, endpoint: str) -> None:
+    path, robot = tmp_path / "run.mcap", FakeRobot()
+    file = compile_to(tmp_path, TURNING, "turner")
+    with (
+        served(robot, realm="nao", endpoint=endpoint),
+        run(file, endpoint, "--record", str(path)) as component,
+    ):
+        until(lambda: abs(robot.read().positions[0]) > 0.05, START_LIMIT)
+        robot.faults.inject("Battery", "low", 0.25)
+        until(lambda: count_of(Failing, path) == 1, EVENT_LIMIT)
+        robot.faults.inject("HeadYaw", "stuck", seconds=0.5)
+        until(lambda: count_of(Failing, path) == 3, EVENT_LIMIT)
+        component.process.send_signal(signal.SIGINT)
+        component.wait(END_LIMIT)
+    done = replay(path)
+    assert done.returncode == 0, done.stderr
+    assert "cycles, identical" in done.stdout
+    named = re.findall(r"made to fail: (.+) from ([\d.]+) s to ([\d.]+) s", done.stdout)
+    low, both, again = named
+    assert (low[0], both[0]) == ("Battery low 0.25", "Battery low 0.25, HeadYaw stuck")
+    assert (low[2], both[2], again[0]) == (both[1], again[1], low[0])
+    begin = lines(replay(path, "--json"))[0]
+    assert begin["failures"][0]["faults"] == [{"part": "Battery", "kind": "low", "amount": 0.25}]
+    report = run_here(app, "visualhfsm", "report", path).stdout
+    assert [line for line in report.splitlines() if "made to fail: " in line][1].startswith(
+        "made to fail: Battery low 0.25, HeadYaw stuck from"
+    )
+
+
+def count_of(kind: type[Message], path: Path) -> int:
+    """Return how many messages of a kind the file of a run has, which may go on."""
+    return sum(message.kind is kind for message in RecordingFile(path).messages())
 
 
 def test_an_edited_document_is_reported_with_the_first_difference_and_both_timelines(

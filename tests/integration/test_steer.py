@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,9 @@ from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.debugger.monitor import Monitor
 from interfaces.hfsm import ComponentStatus
 from nao_tools._command import app as nao_app
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
@@ -240,6 +244,14 @@ def test_why_not(shell: Shell) -> None:
     until(lambda: shell.current() == "dance")
     assert "follow is a ghost in red" in shell("why", "walker", "follow")
     assert "2. " not in shell("why", "walker")
+
+
+def test_why_not_names_what_was_made_to_fail(shell: Shell, pair: Pair) -> None:
+    with closing(FakeRobot()) as robot:
+        pair.adapter.add(Assembly(robot, ServerOptions(), WallClock()).servants["Faults"], "Faults")
+        assert "made to fail" not in shell("why", "walker")
+        robot.faults.inject("Camera", "late", 0.5)
+        assert shell("why", "walker").endswith("made to fail: Camera late 0.5\n")
 
 
 def test_reload_compiles_writes_and_keeps_the_state(shell: Shell) -> None:

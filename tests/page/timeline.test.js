@@ -3,7 +3,7 @@ import {beforeEach, test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
 
-const {seen, stepOf, wasActive} = await import(new URL("run/lanes.js", STATIC).href);
+const {FAILING, nameOf, seen, stepOf, wasActive} = await import(new URL("run/lanes.js", STATIC).href);
 const {monitor} = await import(new URL("run/monitor.js", STATIC).href);
 const {StateChanges} = await import(new URL("run/state-changes.js", STATIC).href);
 const {scrubbing} = await import(new URL("run/scrubbing.js", STATIC).href);
@@ -34,6 +34,28 @@ test("a span lasts as long as its state is the current one", () => {
   assert.deepEqual(past.spans.get(1), [span(5, 1, 3), span(6, 3, 3)]);
   assert.deepEqual(past.changes, [{time: 2.5, automaton: 1, origin: 5, destination: 6, transition: 9}]);
   assert.deepEqual([past.start, past.end], [1, 3]);
+});
+
+test("what fails is a span until it changes, and goes on from what the server kept", () => {
+  const knee = [{part: "LKneePitch", kind: "stuck", amount: 0}];
+  const both = [...knee, {part: "Camera", kind: "late", amount: 0.5}];
+  const past = new StateChanges({
+    start: 0,
+    end: 2,
+    changes: [],
+    spans: [],
+    numbers: [],
+    failures: [{faults: knee, start: 1, end: 2}],
+  });
+  past.add({time: 3, automata: []}, knee);
+  past.add({time: 4, automata: []}, both);
+  past.add({time: 5, automata: []}, []);
+  past.add({time: 6, automata: []}, []);
+  const shown = past.failures.map(({faults, start, end}) => [nameOf(FAILING, {faults}), start, end]);
+  assert.deepEqual(shown, [
+    ["LKneePitch stuck", 1, 4],
+    ["LKneePitch stuck, Camera late 0.5", 4, 5],
+  ]);
 });
 
 test("a state that is entered again begins another span, one that becomes a ghost changes nothing", () => {

@@ -39,5 +39,7 @@ def report(
     run = recorded_run(recording)
     size = write_run_page(target, run)
     typer.echo(f"{target}: {size / 1e6:.1f} MB")
+    for failure in run.log.timeline().failures:
+        typer.echo(f"made to fail: {failure}")
     if text := str(run.shortened):
         typer.echo(text)

@@ -23,6 +23,7 @@ from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Expl
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.options import AsJson, Include, examples
 from visualhfsm._monitor.realm.automata import Automata
+from visualhfsm._monitor.realm.faults import failing_now
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, RELOAD_PATIENCE, did_you_mean
 from visualhfsm._monitor.target import Address, Target, steered
 from zenoh_ice import TimeoutException
@@ -354,6 +355,8 @@ def why(
             if position:
                 typer.echo("")
             _show_explanation(target.addresses.named(explanation.automaton), target.automata, explanation)
+        for fault in failing_now(target.communicator):
+            typer.echo(f"made to fail: {fault}")
 
 
 def _show_explanation(name: str, automata: Automata, explanation: Explanation) -> None:

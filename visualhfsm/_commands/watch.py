@@ -235,6 +235,7 @@ def status_line(state: WatchState) -> str:
     robot = state.robot
     if robot.pan is not None and robot.tilt is not None:
         parts.append(f"head {robot.pan:+.2f} {robot.tilt:+.2f} rad")
+    parts += (f"{fault} (made to fail)" for fault in robot.failing)
     if robot.health is not None:
         if robot.health.fallen:
             parts.append("fallen")

@@ -92,6 +92,12 @@ _on(
     for_viewers=True,
 )
 _on(p.EndRobot, lambda w, _, _r: w.parts.robot.end(), Lane.BESIDE)
+_on(
+    p.ExplainMoment,
+    lambda w, _, r: w.parts.followers.explanation(r.component, r.automaton, r.time),
+    Lane.BESIDE,
+    for_viewers=True,
+)
 _on(p.Export, questions.export, Lane.BESIDE)
 _on(p.ExportRun, steering.export_run, Lane.BESIDE)
 _on(

@@ -479,6 +479,15 @@ class Explain(Steering):
     automaton: ElementId
 
 
+class ExplainMoment(BaseRequest):
+    """Ask the same about a component time in s of a component, or a recording; None if it is not known."""
+
+    answer = Explanation | None
+    component: Name
+    automaton: ElementId
+    time: Time
+
+
 class Reload(Steering):
     """Load the component's file again, and go on in it: a `ReloadReport`."""
 

@@ -16,12 +16,13 @@ import msgspec
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
-from interfaces.hfsm import HfsmMonitorPrx
+from interfaces.hfsm import Explanation, HfsmMonitorPrx
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._document.views import of_page
 from visualhfsm._monitor import messages
 from visualhfsm._monitor.graphs import read_ros_graph
 from visualhfsm._monitor.realm.description import nao
+from visualhfsm._monitor.realm.explanations import explain_moment
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitor.realm.moments import Moment, translate_moment, translate_snapshot
 from visualhfsm._monitor.realm.pictures import require_pillow
@@ -169,6 +170,15 @@ class Followers:
     async def moment(self, component: str, time: float) -> object:
         """Return the snapshot at a component time in s of a component that is followed, or of a recording."""
         return translate_moment((await self._log(component)).at(time))
+
+    async def explanation(self, component: str, automaton: int, time: float) -> Explanation | None:
+        """Return why an automaton stayed in its state at a component time in s; None if that is not known."""
+        run = await self._recordings.get(component)
+        if run is not None:
+            return explain_moment(run.structure, run.log.at(time), automaton)
+        follower = self._follower(component)
+        live = follower.structure
+        return None if live is None else explain_moment(live.structure, follower.log.at(time), automaton)
 
     async def series(
         self, component: str, names: Sequence[str], start: float, end: float, points: int

@@ -12,7 +12,16 @@ from typing import Final
 
 import msgspec
 
-from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
+from hfsm_runtime.recording_file.messages import (
+    Action,
+    Description,
+    Failing,
+    Fault,
+    Picture,
+    RobotPose,
+    Snapshot,
+    World,
+)
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News
@@ -50,6 +59,7 @@ class Recorder:
         self._communicator = follower.monitor.ice_getCommunicator()
         self._robot = robot
         self._run = newest.component.startedAt
+        self._failing: tuple[Fault, ...] = ()
         with VisualHfsmError.in_place_of(RecordingFailedError):
             self._writer = RecordingWriter.watching(path, follower.component, document)
         self._writer.show("/world", World(list(robot.world.shapes)), self.since)
@@ -77,6 +87,9 @@ class Recorder:
                 objects = {name: [*place] for name, place in robot.objects.items()}
                 torso = None if robot.torso is None else [*robot.torso]
                 show("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
+                if robot.failing != self._failing:
+                    self._failing = robot.failing
+                    show("/faults", Failing(robot.failing), at)
                 show("/snapshots", Snapshot.of(component), at)
 
     async def close(self) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import msgspec
+from msgspec.structs import replace
 
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
@@ -21,6 +22,7 @@ from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.description import DescribedRobot, describe, nao
+from visualhfsm._monitor.realm.faults import sound_faults
 from visualhfsm._monitor.realm.pictures import OLDEST, encode_jpeg, evenly, require_pillow
 from visualhfsm._monitor.realm.robot import LONGEST_NAME, LONGEST_TEXT, RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog, is_sound
@@ -192,6 +194,7 @@ class _Reader:
         self._takers: Final[Mapping[type, Callable[[Any], None]]] = {
             recorded.Action: self._act,
             recorded.Description: self._describe,
+            recorded.Failing: self._fail,
             recorded.RobotPose: self._pose,
             recorded.Snapshot: self._show,
             recorded.World: self._build,
@@ -239,6 +242,9 @@ class _Reader:
             if is_sound(component):
                 self.log.add(LiveSnapshot(self._wall_time, component, self._robot))
 
+    def _fail(self, failing: recorded.Failing) -> None:
+        self._robot = replace(self._robot, failing=sound_faults(failing.faults))
+
     def _pose(self, pose: recorded.RobotPose) -> None:
         joints = {
             name: angle for name, angle in list(pose.joints.items())[:_MOST_JOINTS] if math.isfinite(angle)
@@ -256,4 +262,5 @@ class _Reader:
             sliding=self.described.sliding,
             says=printable(pose.says, LONGEST_TEXT),
             sound=printable(pose.sound, LONGEST_NAME),
+            failing=self._robot.failing,
         )

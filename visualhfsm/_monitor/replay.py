@@ -124,8 +124,11 @@ class _Report:
     def __call__(self, line: Line) -> None:
         if self._as_json:
             typer.echo(msgspec.json.encode(line))
-        elif isinstance(line, Begin) and line.truncated:
-            typer.echo("the recording was cut off: it is replayed as far as it goes")
+        elif isinstance(line, Begin):
+            for failure in line.failures:
+                typer.echo(printable(f"made to fail: {failure}"))
+            if line.truncated:
+                typer.echo("the recording was cut off: it is replayed as far as it goes")
         elif isinstance(line, Progress) and self._shows_progress:
             typer.echo(f"\r{line.seconds:.0f} s ", nl=False, err=True)
         elif isinstance(line, Outcome) and self._shows_progress:

@@ -12,6 +12,7 @@ from typing import Final
 import msgspec
 
 from codegen.messages import Message
+from hfsm_runtime.recording_file.messages import Fault
 from interfaces import nao
 from visualhfsm._base.recognition import recognized
 from visualhfsm._monitor.realm.realm import Newest, PolledValue
@@ -23,6 +24,7 @@ FAULTS: Final = "Faults"
 _MOST_PARTS: Final = 1000
 _MOST_KINDS: Final = 50
 """Of a part."""
+_CALL_LIMIT: Final = 1000  # ms
 _LONGEST_NAME: Final = 64
 _LONGEST_TEXT: Final = 200
 
@@ -45,19 +47,11 @@ class AlikeParts(msgspec.Struct, frozen=True):
     kinds: list[FailureKind]
 
 
-class Failure(msgspec.Struct, frozen=True):
-    """Something that fails; `amount` is in the unit of its kind, 0 for one without."""
-
-    part: str
-    kind: str
-    amount: float
-
-
 class Failing(msgspec.Struct, frozen=True):
     """What can fail and what fails now: nothing where no `Faults` is served."""
 
     can: Sequence[AlikeParts] = ()
-    now: Sequence[Failure] = ()
+    now: Sequence[Fault] = ()
 
 
 NOTHING: Final = Failing()
@@ -84,11 +78,20 @@ class FaultMonitor:
 
     def failing(self) -> Failing:
         """Return what can fail and what fails now, without waiting."""
-        if self._kinds.value is None:
-            return NOTHING
+        return NOTHING if self._kinds.value is None else Failing(self._can, self.now())
+
+    def now(self) -> tuple[Fault, ...]:
+        """Return what fails now, as far as is known, without waiting."""
         state = self._state()
-        faults = () if state is None else state.value.faults
-        return Failing(self._can, [Failure(it.part, it.kind, it.amount) for it in faults if _is_sound(it)])
+        return () if state is None else sound_faults(state.value.faults)
+
+
+def failing_now(communicator: Communicator) -> tuple[Fault, ...]:
+    """Ask what fails now: nothing where no `Faults` is served. Raises ZenohIceError."""
+    if FAULTS not in communicator.identities():
+        return ()
+    faults = nao.FaultsPrx.uncheckedCast(communicator.stringToProxy(FAULTS))
+    return sound_faults(faults.ice_invocationTimeout(_CALL_LIMIT).getFaults().faults)
 
 
 def alike(kinds: Mapping[str, Sequence[nao.FaultKind]]) -> list[AlikeParts]:
@@ -109,8 +112,13 @@ def _sound_kinds(kinds: Sequence[nao.FaultKind]) -> Iterator[FailureKind]:
             yield FailureKind(kind.name, text, printable(kind.unit, _LONGEST_NAME), *numbers)
 
 
-def _is_sound(fault: nao.Fault) -> bool:
-    return _is_name(fault.part) and _is_name(fault.kind) and math.isfinite(fault.amount)
+def sound_faults(faults: Sequence[Fault] | Sequence[nao.Fault]) -> tuple[Fault, ...]:
+    """Return failures with names of parts and kinds, and amounts that are numbers."""
+    return tuple(
+        Fault(it.part, it.kind, it.amount)
+        for it in faults[:_MOST_PARTS]
+        if _is_name(it.part) and _is_name(it.kind) and math.isfinite(it.amount)
+    )
 
 
 def _is_name(text: str) -> bool:

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import msgspec
 
 from codegen.messages import Message
+from hfsm_runtime.recording_file.messages import Fault
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import (
     ClockPrx,
@@ -64,6 +65,8 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """The text that is being said."""
     sound: str = ""
     """The name of the sound that is being played."""
+    failing: tuple[Fault, ...] = ()
+    """What somebody has made to fail."""
 
 
 def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
@@ -220,6 +223,7 @@ class RobotMonitor:
             sliding=described.sliding if (described := self.described) else (),
             says=says,
             sound=sound,
+            failing=self.faults.now(),
         )
 
     def heard(self) -> tuple[str, str]:

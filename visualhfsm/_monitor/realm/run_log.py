@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
+from hfsm_runtime.recording_file.failures import FailureLog, FailureSpan
 from interfaces.hfsm import ComponentSnapshot, Mark
 from visualhfsm._monitor.realm.automata import LoggedChange, StateLog, number_in
 from visualhfsm._monitor.realm.robot import RobotState
@@ -66,7 +67,8 @@ class Timeline(msgspec.Struct, frozen=True, rename="camel"):
     """Everything that is kept: its time span, and the changes of state.
 
     A change is [time, automaton, origin, destination, transition], a span [automaton, state, whether it was a
-    ghost, start, end]. Times are the component's in s; `numbers` are the names of what can be plotted.
+    ghost, start, end]. Times are the component's in s; `numbers` are the names of what can be plotted, and
+    `failures` are what was made to fail.
     """
 
     start: float
@@ -74,6 +76,7 @@ class Timeline(msgspec.Struct, frozen=True, rename="camel"):
     changes: list[tuple[float, int, int, int, int]]
     spans: list[tuple[int, int, bool, float, float]]
     numbers: list[str]
+    failures: list[FailureSpan]
 
 
 class RunLog:
@@ -87,6 +90,7 @@ class RunLog:
         self._packed: deque[bytes] = deque()
         self._bytes = 0
         self._log = StateLog()
+        self._failures = FailureLog()
         self._series = SeriesTable()
         self._newest: LiveSnapshot | None = None
 
@@ -115,6 +119,7 @@ class RunLog:
             if before is not None and time <= before.component.time:
                 return
             changed = self._log.add(snapshot.component)
+            changed |= self._failures.note(snapshot.robot.failing, time)
             self._series.add(time, numbers_of(snapshot))
             if self._times and time - self._times[-1] < self._interval and not changed:
                 return
@@ -170,6 +175,7 @@ class RunLog:
                     if span.end >= start
                 ],
                 self._series.names,
+                self._failures.spans(start),
             )
 
     def series(

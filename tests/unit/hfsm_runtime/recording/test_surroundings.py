@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from hfsm_runtime._recording.recorder import Recorder
-from hfsm_runtime._recording.surroundings import recorded_surroundings
-from hfsm_runtime.recording_file.messages import Description, RobotPose, World
+from hfsm_runtime._recording.surroundings import recorded_failures, recorded_surroundings
+from hfsm_runtime.component import Component, Proxy
+from hfsm_runtime.recording_file.messages import Description, Failing, Fault, RobotPose, World
 from hfsm_runtime.recording_file.writer import Entry
+from interfaces.nao import FaultsPrx, PoseHeadPrx
 from naoserver.bodies.description import write_looks
 from naoserver.body import write_body
 from naoserver.fake import FakeRobot
-from tests.support.robot_server import eventually, served_to_client
+from naoserver.robot import Robot
+from tests.support.robot_server import eventually, served, served_to_client
 
 
 class Written:
@@ -74,6 +77,60 @@ def test_a_simulation_is_recorded_with_its_world_and_a_thing_where_it_was_put(wr
     assert {shape.object for shape in world.shapes} == {"", "Ball", "CubeBlue", "CubeYellow"}
     assert world.shapes[0].kind == "plane"
     assert written.of(RobotPose)[-1].torso == pytest.approx([0, 0, 0.32, 0, 0, 0, 1], abs=0.1)
+
+
+class Unfailing:
+    """A robot that fails by itself only, as a real one does."""
+
+    faults = None
+
+    def __init__(self) -> None:
+        self._robot = FakeRobot()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._robot, name)
+
+
+class TwoHeads(Component):
+    """A component that commands a robot of another realm, too."""
+
+    near = Proxy("Head", PoseHeadPrx)
+    far = Proxy("Head@far", PoseHeadPrx)
+
+
+@pytest.mark.slow
+def test_what_is_made_to_fail_of_its_robots_is_recorded_until_it_is_healed(written: Written) -> None:
+    near, far = FakeRobot(), FakeRobot()
+    reminders: list[object] = []
+    with (
+        served(near) as home,
+        served(far, realm="far") as other,
+        home.client(connect=[home.endpoint, other.endpoint]) as client,
+        recorded_failures(client.communicator, written.recorder, TwoHeads),
+        client.proxy(FaultsPrx, "Faults").getFaults.subscribe(reminders.append),
+    ):
+        written.until(lambda: len(reminders) >= 2)
+        assert not written.of(Failing)
+        near.faults.inject("LKneePitch", "stuck")
+        written.until(lambda: written.of(Failing))
+        far.faults.inject("Camera", "late", 0.5)
+        written.until(lambda: len(written.of(Failing)) == 2)
+        near.faults.heal()
+        written.until(lambda: len(written.of(Failing)) == 3)
+    knee, camera = Fault("LKneePitch", "stuck"), Fault("Camera@far", "late", 0.5)
+    assert [each.faults for each in written.of(Failing)] == [(knee,), (knee, camera), (camera,)]
+    assert {entry.topic for entry in written.entries} == {"/faults"}
+
+
+@pytest.mark.slow
+def test_where_nobody_serves_failures_nothing_of_them_is_recorded(written: Written) -> None:
+    with (
+        served_to_client(cast("Robot", Unfailing())) as nao,
+        recorded_surroundings(nao.communicator, written.recorder),
+        recorded_failures(nao.communicator, written.recorder, Component),
+    ):
+        written.until(lambda: [pose for pose in written.of(RobotPose) if pose.joints])
+    assert not written.of(Failing)
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from visualhfsm._editor.handlers import HANDLERS
 from visualhfsm._editor.viewers import Viewers
 
 READING = {
-    p.Follow, p.Body, p.Unfollow, p.Facts, p.Hello, p.Imported, p.Moment, p.OutputShown, p.Picture, p.Search, p.Series,
+    p.Follow, p.Body, p.Unfollow, p.ExplainMoment, p.Facts, p.Hello, p.Imported, p.Moment, p.OutputShown, p.Picture, p.Search, p.Series,
 }  # fmt: skip
 
 

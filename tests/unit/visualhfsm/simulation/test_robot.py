@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,7 @@ from naoserver.bodies import BODY_NAMES
 from naoserver.errors import RobotError
 from tests.support.arm import ARM, ARM_TOML
 from tests.support.plugins import OWN_ROBOTS
+from visualhfsm.simulation import RobotKind
 from visualhfsm.testing import MakeBehavior
 
 
@@ -56,6 +58,29 @@ def test_a_posture_is_reached_and_reported(b) -> None:
     b.advance(10.0)
     assert b.component.Postures.getPostureState().status == ActionStatus.Done
     assert b.component.Postures.getPosture() == "Crouch"
+
+
+@pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
+def test_a_run_repeats_with_what_fails_in_it(behavior: MakeBehavior, robot: RobotKind) -> None:
+    def course() -> list[tuple[float, ...]]:
+        settings: dict[str, Any] = {"seed": 7} if robot == "sim" else {}
+        b = behavior(Looks, robot=robot, camera="drawn", **settings)
+        seen = []
+        for tenth in range(12):
+            if tenth == 2:
+                b.robot.fail("HeadYaw", "noisy", 0.1)
+            elif tenth == 4:
+                b.robot.fail("HeadPitch", "weak" if robot == "sim" else "slow", seconds=0.4)
+            elif tenth == 9:
+                b.robot.heal("HeadYaw")
+            b.component.Head.setSpeed(0.5, 0.3)
+            b.advance(0.1)
+            seen.append(tuple(b.robot.device.read().positions))
+        return seen
+
+    first = course()
+    assert len(set(first)) == 12
+    assert course() == first
 
 
 def test_it_walks_for_as_long_as_that_is_renewed(b) -> None:

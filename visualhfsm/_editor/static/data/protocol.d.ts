@@ -62,6 +62,7 @@ export interface Answers {
   emergencyStop: StopReport;
   endRobot: null;
   explain: Explanation;
+  explainMoment: Explanation | null;
   export: Download;
   exportRun: Download;
   extract: Done;
@@ -522,6 +523,20 @@ export interface Explanation {
   enteredBy: number;
   transitions: TransitionExplanation[];
   summary: string;
+}
+
+/** What failed together from one component time in s to another. */
+export interface FailureSpan {
+  faults: Fault[];
+  start: number;
+  end: number;
+}
+
+/** A failure that somebody injected into a part of a robot, by a kind of `nao::FaultKind`. */
+export interface Fault {
+  part: string;
+  kind: string;
+  amount: number;
 }
 
 /** A change that fixes a problem, and its name on a button. */
@@ -1008,6 +1023,8 @@ export interface Requests {
   endRobot: {};
   /** Ask why each transition out of the current state has not fired: an `Explanation`. */
   explain: {component: string; automaton: number};
+  /** Ask the same about a component time in s of a component, or a recording; None if it is not known. */
+  explainMoment: {component: string; automaton: number; time: number};
   /** Ask for the document as its file would hold it, or as one `page` of HTML, to download it. */
   export: {tab: number; page?: boolean};
   /** Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it. */
@@ -1196,6 +1213,7 @@ export interface RobotState {
   sliding: string[];
   says: string;
   sound: string;
+  failing: Fault[];
 }
 
 /** A topic, service or action of ROS 2 that the component uses. */
@@ -1407,6 +1425,7 @@ export interface Timeline {
   changes: [number, number, number, number, number][];
   spans: [number, number, boolean, number, number][];
   numbers: string[];
+  failures: FailureSpan[];
 }
 
 /** What is left of a timed transition out of the current state. */

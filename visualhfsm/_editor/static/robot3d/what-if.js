@@ -19,6 +19,7 @@ import {messageOf} from "../kit/notices.js";
 import {containsWords, language, t} from "../kit/texts.js";
 import {drawn} from "../data/element.js";
 import {store} from "../data/store.js";
+import {monitor} from "../run/monitor.js";
 import {onClick} from "./aiming.js";
 import {cameraNames} from "./cameras.js";
 import {Painting} from "./painting.js";
@@ -109,8 +110,9 @@ export class WhatIf {
       this.#begun(true);
       this.#begun = undefined;
     }
-    const failing = this.view.isNow ? this.failing.now.map(({part}) => part) : [];
-    this.painting?.show(failing, this.view.asks ? this.#chosen?.part : undefined);
+    const failing = this.view.isNow ? this.failing.now : (monitor.looking?.robot.failing ?? []);
+    const parts = failing.map(({part}) => part);
+    this.painting?.show(parts, this.view.asks ? this.#chosen?.part : undefined);
   }
 
   /** All parts, in groups. @returns {Entry[]} */

@@ -319,7 +319,7 @@ export const monitorActions = [
     label: t("Why not?"),
     icon: "help",
     keys: ["W"],
-    enabled: () => here() && monitor.isLive,
+    enabled: () => here() && (monitor.isLive || Boolean(monitor.looking)),
     run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas),
     hint: t("what keeps transitions from firing"),
     help: t("Why not: what keeps transitions from firing"),

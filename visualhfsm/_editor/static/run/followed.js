@@ -186,7 +186,7 @@ export class Followed {
     const changed = this.since !== 0 || restarted || newest?.component.status !== value.component.status;
     this.since = 0;
     this.newest = value;
-    this.past.add(value.component);
+    this.past.add(value.component, value.robot.failing);
     return {first: !newest, restarted, changed};
   }
 }

@@ -3,6 +3,7 @@
 import {required} from "../kit/existence.js";
 import {spokenSeconds} from "../kit/texts.js";
 import {shortened} from "../measures/text.js";
+import {spokenFailures} from "./failures.js";
 import {monitor} from "./monitor.js";
 
 const NEAR = 6; // px beside the left edge where a time is written, too
@@ -13,10 +14,19 @@ const FONT = `${SIZE}px Inter, system-ui, 'DejaVu Sans', sans-serif`;
 /**
  * @import {Span} from "./state-changes.js"
  * @typedef {{id: number, name: string}} Lane
- * @typedef {{empty: string, muted: string, plain: string[], parent: string[]}} Palette of a state's `plain` and
- *   `parent` the ground, the line and the letters
+ * @typedef {{empty: string, muted: string, plain: string[], parent: string[], failing: string[]}} Palette of a state's
+ *   `plain` and `parent`, and of what was `failing`, the ground, the line and the letters
  * @typedef {{start: number, end: number}} Range component times at the left and right edge, s
  */
+
+/** The id of the lane of what failed; others are those of automata. */
+export const FAILING = 0;
+
+/** @param {number} id of a lane */
+export const spansOf = (id) => (id === FAILING ? monitor.past.failures : (monitor.past.spans.get(id) ?? []));
+
+/** What a span is about, in words. @param {number} id of its lane @param {Span} span */
+export const nameOf = (id, {state, faults}) => (faults ? spokenFailures(faults) : monitor.stateName(id, state));
 
 /**
  * Draw lanes from top to bottom.
@@ -43,7 +53,7 @@ export function drawLanes(canvas, {lanes, range, laneHeight, gap, axis}) {
     const top = index * (laneHeight + gap);
     pen.fillStyle = colors.empty;
     pen.fillRect(0, top, width, laneHeight);
-    for (const span of seen(monitor.past.spans.get(id) ?? [], range))
+    for (const span of seen(spansOf(id), range))
       drawSpan(pen, colors, span, {id, left: x(span.start), right: x(span.end), top, laneHeight, width});
   });
   drawAxis(pen, colors, {range, x, width, top: height - axis + 2});
@@ -56,10 +66,11 @@ export function drawLanes(canvas, {lanes, range, laneHeight, gap, axis}) {
  * @param {Span} span
  * @param {{id: number, left: number, right: number, top: number, laneHeight: number, width: number}} where
  */
-function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight, width}) {
+function drawSpan(pen, colors, span, {id, left, right, top, laneHeight, width}) {
+  const {state, ghost, faults} = span;
   const [from, to] = [Math.max(0, left), Math.min(width, right)];
   const isParent = monitor.automaton(id)?.states.some((each) => each.id === state && each.children.length > 0);
-  const [fill, line, ink] = isParent ? colors.parent : colors.plain;
+  const [fill, line, ink] = faults ? colors.failing : isParent ? colors.parent : colors.plain;
   pen.globalAlpha = ghost ? 0.35 : 1;
   pen.fillStyle = fill;
   pen.fillRect(from, top, Math.max(1, to - from), laneHeight);
@@ -76,7 +87,7 @@ function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight
   pen.globalAlpha = ghost ? 0.75 : 1;
   if (to - from > NAMED) {
     pen.fillStyle = ink;
-    pen.fillText(shortened(monitor.stateName(id, state), SIZE, to - from - 9), from + 6, top + laneHeight / 2 + 0.5);
+    pen.fillText(shortened(nameOf(id, span), SIZE, to - from - 9), from + 6, top + laneHeight / 2 + 0.5);
   }
   pen.globalAlpha = 1;
 }
@@ -152,6 +163,7 @@ function palette() {
     muted: color("--muted"),
     plain: [color("--plain"), color("--plain-line"), color("--plain-ink")],
     parent: [color("--parent"), color("--parent-line"), color("--parent-ink")],
+    failing: [color("--error-soft"), color("--error"), color("--error")],
   };
   return known;
 }

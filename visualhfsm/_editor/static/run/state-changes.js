@@ -1,7 +1,7 @@
 /**
  * The changes of state, from the timeline of the server and from later snapshots.
  *
- * @import {ComponentSnapshot, Timeline} from "../data/protocol.js"
+ * @import {ComponentSnapshot, Fault, Timeline} from "../data/protocol.js"
  */
 
 const MOST = 20_000; // changes, and spans of all automata together, that are kept
@@ -9,7 +9,8 @@ const MOST_AUTOMATA = 2_000; // automata that are distinguished
 
 /**
  * @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change
- * @typedef {{state: number, ghost: boolean, start: number, end: number}} Span when a state was the current one
+ * @typedef {{state: number, ghost: boolean, start: number, end: number, faults?: Fault[]}} Span when a state was the
+ *   current one, or when `faults` were what failed
  */
 
 export class StateChanges {
@@ -37,6 +38,9 @@ export class StateChanges {
     for (const [automaton, state, ghost, start, end] of timeline?.spans ?? [])
       this.#of(automaton).push({state, ghost, start, end});
     this.#count = timeline?.spans.length ?? 0;
+    /** When something failed. @type {Span[]} */
+    this.failures = (timeline?.failures ?? []).map((each) => ({...each, state: 0, ghost: false}));
+    this.#failing = this.failures.findLast(({end}) => end === this.end);
     /** Names of all numbers that can be plotted. @type {Set<string>} */
     this.numbers = new Set(timeline?.numbers ?? []);
     /** @type {Map<number, {state: number, ghost: boolean, enteredAt?: number}>} */
@@ -44,11 +48,13 @@ export class StateChanges {
   }
 
   #before;
+  #failing;
   #count = 0; // of all spans
 
-  /** Take the next moment. @param {ComponentSnapshot} component */
-  add({time, automata}) {
+  /** Take the next moment. @param {ComponentSnapshot} component @param {Fault[]} [faults] what fails then */
+  add({time, automata}, faults = []) {
     if (time < this.end) return;
+    this.#noteFailures(time, faults);
     this.start = Math.min(this.start, time);
     this.end = time;
     for (const {id, state, ghost, enteredAt, lastTransition} of automata) {
@@ -78,6 +84,14 @@ export class StateChanges {
     }
     if (this.#count > MOST) this.#forgetSpans();
     if (this.changes.length > MOST) this.changes.splice(0, MOST / 10);
+  }
+
+  /** @param {number} time @param {Fault[]} faults */
+  #noteFailures(time, faults) {
+    if (this.#failing) this.#failing.end = time;
+    if (JSON.stringify(faults) === JSON.stringify(this.#failing?.faults ?? [])) return;
+    this.#failing = faults.length ? {state: 0, ghost: false, start: time, end: time, faults} : undefined;
+    if (this.#failing) this.failures = [...this.failures.slice(-MOST), this.#failing];
   }
 
   /** The latest change of an automaton at a time. @param {number} automaton @param {number} time */

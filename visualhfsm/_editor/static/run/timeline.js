@@ -15,7 +15,8 @@ import {page} from "../data/page.js";
 import {required} from "../kit/existence.js";
 import {n, t, spokenSeconds} from "../kit/texts.js";
 import {MonitorElement, nothingRuns} from "./element.js";
-import {drawLanes, seen, wasActive} from "./lanes.js";
+import {spokenFailing} from "./failures.js";
+import {drawLanes, FAILING, nameOf, seen, spansOf, wasActive} from "./lanes.js";
 import {monitor} from "./monitor.js";
 import {scrubbing} from "./scrubbing.js";
 
@@ -60,7 +61,10 @@ class Timeline extends MonitorElement {
 
   render() {
     if (!monitor.component) return html`<div class="empty">${nothingRuns(this.context)}</div>`;
-    const lanes = (this.lanes = this.#findLanes());
+    const failing = seen(monitor.past.failures, this.#range()).length
+      ? [{id: FAILING, name: t("Fails"), drawn: false}]
+      : [];
+    const lanes = (this.lanes = [...this.#findLanes(), ...failing]);
     const height = lanes.length * (LANE + GAP) + AXIS;
     const {start, end} = monitor.past;
     const {time} = scrubbing;
@@ -120,7 +124,7 @@ class Timeline extends MonitorElement {
                 <button
                   type="button"
                   ?disabled=${!drawn}
-                  title=${t("Show {name}", {name})}
+                  title=${id === FAILING ? t("What was made to fail") : t("Show {name}", {name})}
                   @click=${() => page.open(id)}
                 >
                   ${name}
@@ -136,7 +140,12 @@ class Timeline extends MonitorElement {
           aria-valuemin=${round(start)}
           aria-valuemax=${round(end)}
           aria-valuenow=${round(time)}
-          aria-valuetext=${live ? t("now, {time}", {time: spokenSeconds(time)}) : spokenSeconds(time)}
+          aria-valuetext=${[
+            live ? t("now, {time}", {time: spokenSeconds(time)}) : spokenSeconds(time),
+            spokenFailing(monitor.snapshot?.robot.failing ?? []),
+          ]
+            .filter(Boolean)
+            .join(". ")}
           @pointerdown=${this.#down}
           @pointermove=${this.#move}
           @pointerup=${this.#up}
@@ -201,9 +210,7 @@ class Timeline extends MonitorElement {
       id,
       name,
       drawn: Boolean(document?.automata.has(id)),
-      active: wasActive(monitor.past.spans.get(id) ?? [], range, (state) =>
-        states.some((each) => each.id === state && each.final),
-      ),
+      active: wasActive(spansOf(id), range, (state) => states.some((each) => each.id === state && each.final)),
     }));
     const shown = document ? page.automaton?.id : undefined;
     const active = all.filter((each) => each.active || each.id === shown);
@@ -277,8 +284,8 @@ class Timeline extends MonitorElement {
     const {top} = event.currentTarget.getBoundingClientRect();
     const {id = 0} = this.lanes[Math.floor((event.clientY - top) / (LANE + GAP))] ?? {};
     const time = this.#timeAt(event);
-    const [span] = seen(monitor.past.spans.get(id) ?? [], {start: time, end: time});
-    event.currentTarget.title = span ? `${monitor.stateName(id, span.state)}, ${spokenSeconds(time)}` : "";
+    const [span] = seen(spansOf(id), {start: time, end: time});
+    event.currentTarget.title = span ? `${nameOf(id, span)}, ${spokenSeconds(time)}` : "";
   }
 
   #up = () => {

@@ -11,7 +11,9 @@ import {html, nothing, render} from "lit";
 import {page} from "../data/page.js";
 import {isTyping} from "../kit/keys.js";
 import {coded, t} from "../kit/texts.js";
+import {spokenFailing} from "./failures.js";
 import {monitor} from "./monitor.js";
+import {scrubbing} from "./scrubbing.js";
 
 const PATIENCE = 220; // ms that the pointer must rest before an explanation is shown
 const AGAIN = 400; // ms after which an explanation is asked for again
@@ -77,7 +79,7 @@ export function explainSelected(canvas) {
   return group && show(canvas, group, true);
 }
 
-const isExplained = () => monitor.isLive && page.tab === monitor.tab;
+const isExplained = () => (monitor.isLive || Boolean(monitor.looking)) && page.tab === monitor.tab;
 
 /** @param {HfsmCanvas} canvas @param {SVGElement} group @param {boolean} pinned */
 async function show(canvas, group, pinned) {
@@ -104,22 +106,28 @@ async function show(canvas, group, pinned) {
   };
   shown = current;
   let said = false;
-  while (shown === current && monitor.isLive) {
+  while (shown === current && isExplained()) {
     let explanation;
     try {
-      explanation = await monitor.ask("explain", {automaton: current.automaton});
+      const {automaton: about} = current;
+      explanation = monitor.looking
+        ? await monitor.ask("explainMoment", {automaton: about, time: scrubbing.time})
+        : await monitor.ask("explain", {automaton: about});
     } catch {
       break; // the component was lost; the canvas shows that
     }
     if (shown !== current) return;
+    if (!explanation) break;
     if (pinned && !current.transition) current.state = explanation.state;
     draw(current, explanation);
-    if (pinned && !said) canvas.announce(explanation.summary);
+    if (pinned && !said) canvas.announce(`${explanation.summary} ${failing()}`.trim());
     said = true;
     await new Promise((resolve) => setTimeout(resolve, AGAIN));
   }
   if (shown === current) hide();
 }
+
+const failing = () => spokenFailing(monitor.snapshot?.robot.failing ?? []);
 
 /** @param {Shown} about @param {Explanation} explanation */
 function draw({canvas, group, automaton, state, transition}, explanation) {
@@ -154,7 +162,7 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
               )}
             </ul>`
           : html`<p>${left || explanation.summary || t("No transition leads out of it.")}</p>`
-      }`,
+      }${failing() ? html`<p class="fails">${failing()}</p>` : nothing}`,
     element,
   );
   place(element, {canvas, group});

@@ -10,10 +10,12 @@ import pytest
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.debugger._explanation import explain
+from hfsm_runtime.debugger.snapshot import structure_of, take_snapshot
 from interfaces.hfsm import Explanation
 from tests.support.automata import component
 from visualhfsm._base.languages import encoder
-from visualhfsm._monitor.realm.explanations import translate_explanation
+from visualhfsm._monitor.realm.explanations import explain_moment, translate_explanation
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
 
 STATES = (State(id=1, name="a", initial=True), State(id=2, name="b", final=True))
 
@@ -78,3 +80,50 @@ def test_values_of_a_guard_are_code_in_every_language() -> None:
 def test_a_state_without_a_way_out_is_explained_in_spanish() -> None:
     ended = explained(to_b(1, guard=lambda: True))
     assert in_spanish(translate_explanation(ended))["summary"] == "walker ha acabado en b; entró por t1."
+
+
+def looked_back(*transitions: Transition) -> Explanation:
+    """Explain the same automaton at a moment that was kept."""
+    run = VirtualRun(component(Automaton(id=1, name="walker", states=STATES, transitions=transitions)))
+    run.advance(0.35)
+    moment = msgspec.Raw(msgspec.json.encode(LiveSnapshot(0.0, take_snapshot(run, 0.0))))
+    found = explain_moment(structure_of(run), moment, 1)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("transition", "reason", "spanish"),
+    [
+        (
+            to_b(1, guard=lambda: False, condition="ready"),
+            "its guard `ready` was false when it was evaluated last",
+            "su guarda `ready` era falsa al evaluarla por última vez",
+        ),
+        (
+            to_b(1, seconds=1.0),
+            "its time comes after 0.65 s more in the state",
+            "su momento llega tras 0,65 s más en el estado",
+        ),
+        (
+            to_b(1, event="lost"),
+            "no event lost has come since the state was entered",
+            "no ha llegado ningún evento lost desde que se entró en el estado",
+        ),
+        (
+            to_b(1, finished=True),
+            "not all automata of the state have finished",
+            "no han acabado todos los autómatas del estado",
+        ),
+    ],
+)
+def test_a_moment_of_the_past_is_explained(transition: Transition, reason: str, spanish: str) -> None:
+    found = looked_back(transition)
+    assert found.transitions[0].reason == reason
+    assert found.summary == f"1. t1: {reason}."
+    assert in_spanish(found)["transitions"][0]["reason"] == spanish
+
+
+def test_a_final_state_of_the_past_tries_no_transition() -> None:
+    ended = looked_back(to_b(1, guard=lambda: True))
+    assert (ended.state, ended.transitions, ended.enteredBy) == (2, [], 1)

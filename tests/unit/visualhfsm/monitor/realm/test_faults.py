@@ -8,6 +8,7 @@ from contextlib import closing
 
 import pytest
 
+from hfsm_runtime.recording_file import messages as recorded
 from interfaces.nao import Fault, FaultKind, FaultState
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
@@ -16,7 +17,7 @@ from naoserver.serving.assembly import Assembly
 from tests.support.robot_server import eventually
 from tests.support.suite import Pair
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.realm.faults import NOTHING, Failure, FaultMonitor, alike
+from visualhfsm._monitor.realm.faults import NOTHING, FaultMonitor, alike
 from visualhfsm._monitor.steering import set_faults
 from zenoh_ice import WallClock
 
@@ -75,7 +76,7 @@ def test_a_robot_that_comes_and_goes_is_asked_what_can_fail(pair: Pair) -> None:
         assert ("HeadYaw", "stuck") in robot.faults.current()
         sound, odd = (Fault(part="Sonar", kind="dead", amount=each) for each in (0.0, math.nan))
         servant.getFaultsPublisher.publish(FaultState(faults=[odd, sound]))
-        eventually(lambda: monitor.failing().now == [Failure("Sonar", "dead", 0.0)])
+        eventually(lambda: monitor.failing().now == (recorded.Fault("Sonar", "dead"),))
         pair.adapter.removeAll(["Faults"])
         eventually(lambda: not knows())
         assert monitor.failing() == NOTHING

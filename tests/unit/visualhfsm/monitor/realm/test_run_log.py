@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hfsm_runtime.recording_file.messages import Fault
 from tests.support.component import ball_mark, dance_and_follow, snapshot
 from visualhfsm._monitor.realm.automata import Automata, StateLog, number_in
 from visualhfsm._monitor.realm.robot import RobotState
@@ -48,6 +49,17 @@ def test_each_moment_can_be_returned_to() -> None:
     assert time_at(made, 3.09) == 3.0
     assert time_at(made, -5) == 0.0
     assert time_at(made, math.inf) == 12.0
+
+
+def test_a_failure_shorter_than_the_time_between_two_moments_is_kept() -> None:
+    made, stuck = RunLog(), (Fault("LKneePitch", "stuck"),)
+    for time in (1.0, 1.01, 1.02, 1.03):
+        failing = stuck if time == 1.01 else ()
+        made.add(LiveSnapshot(time, snapshot(time), RobotState(failing=failing)))
+    assert [(span.faults, span.start, span.end) for span in made.timeline().failures] == [(stuck, 1.01, 1.02)]
+    raw = made.at(1.015)
+    assert raw is not None
+    assert msgspec.json.decode(raw, type=LiveSnapshot).robot.failing == stuck
 
 
 def test_nothing_is_there_before_the_first_moment() -> None:
