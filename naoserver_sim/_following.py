@@ -18,6 +18,8 @@ _SURE: Final = 3
 """Looks in a row in which a joint does not follow until that is said."""
 _COMMANDED: Final = 0.1
 """Least range in rad of a joint's setpoints in this time of which there is a verdict."""
+_AWAY: Final = 0.08
+"""Least distance in rad from them that a verdict needs: the floor holds ankles of feet that bear, by 0.06."""
 _BEHIND: Final = 0.3
 """Distance in rad from its setpoints, all the time, at which it does not follow: 0.05 at most is usual."""
 _FOLLOWED: Final = 0.2
@@ -59,8 +61,9 @@ class Following:
         if self._count < _LOOKS:
             return ""
         commanded, done = self._looks.max(axis=0) - self._looks.min(axis=0)
-        behind = np.abs(self._looks[:, 0] - self._looks[:, 1]).min(axis=0)
-        astray = (commanded >= _COMMANDED) & (done < _FOLLOWED * commanded) | (behind > _BEHIND)
+        off = np.abs(self._looks[:, 0] - self._looks[:, 1])
+        stays = (commanded >= _COMMANDED) & (done < _FOLLOWED * commanded) & (off.max(axis=0) > _AWAY)
+        astray = stays | (off.min(axis=0) > _BEHIND)
         # A wall holds all wheels, and a robot that is thrown over leans soon.
         self._astray = np.where(astray & (not astray.all()), self._astray + 1, 0)
         return self._names[int(self._astray.argmax())] if self._astray.max() >= _SURE else ""
