@@ -204,6 +204,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     others = ()  # when and where it saw other robots
     seen_to = -1.0  # the time of the newest look that has corrected where the robot is
     awake = 0.0  # when that came
+    failed, fails = 0, ()  # the newest walk in which a joint did not follow, and when that was of late
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
     aside = 0.0  # rad by which it is kicked past that robot
@@ -292,10 +293,13 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return -ball
 
     def is_standing(self):
-        """Return whether no walk to a place is on its way. Raises RobotError where a joint did not follow: no more steps."""
-        walk = self.Walk.getWalkState()
-        if walk.status is ActionStatus.Failed:
-            raise RobotError(walk.message)
+        """Return whether no walk is on its way. Raises RobotError once joints did not follow thrice: no more steps."""
+        walk, now = self.Walk.getWalkState(), self.clock.now()
+        if walk.status is ActionStatus.Failed and walk.count != self.failed:
+            self.failed = walk.count
+            self.fails = [*(at for at in self.fails if now - at < 10.0), now]
+            if len(self.fails) > 2:
+                raise RobotError(walk.message)
         return walk.status is not ActionStatus.Moving
 
     def is_still(self):
@@ -1034,7 +1038,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
         def guard_held():
-            return self.Walk.getWalkState().status is ActionStatus.Stopped  # <trigger 3.14/>
+            return self.is_standing() and self.Walk.getWalkState().status is not ActionStatus.Done  # <trigger 3.14/>
 
         transition_14 = Transition("held", state_2, state_8, id=14, priority=3, guard=guard_held)
 

@@ -19,7 +19,10 @@ HUNG: Final = "hung"
 _STILL: Final = 2.0
 """Seconds at the end in which a robot that was stopped does not move."""
 _IDLE: Final = 3.0
-"""Seconds without a cycle of any automaton after which a behavior hangs: more than the limit of a call."""
+"""Seconds without a cycle of any automaton after which a behavior hangs, and as many for each failed call.
+
+That is more than the limit of a call.
+"""
 
 
 class Fate:
@@ -68,7 +71,8 @@ class Fate:
         if reached and success:
             return SUCCEEDED
         ended = behavior.ended.is_set() or behavior.halted
-        if not ended and self._since is not None and now - self._cycled > _IDLE:
+        failed = sum(call.error is not None for call in behavior.calls() if call.time >= self._cycled)
+        if not ended and self._since is not None and now - self._cycled > _IDLE * (1 + failed):
             self.at = self._cycled
             return HUNG
         if ended or now - self._moved > _STILL:

@@ -391,4 +391,4 @@ def test_it_ends_with_the_name_of_a_joint_that_does_not_follow(behavior: MakeBeh
     b.advance(1.0)
     b.robot.fail("LKneePitch", "stuck")
     with pytest.raises(BehaviorFailed, match="LKneePitch does not follow"):
-        b.run_until("kick", limit=5.0)
+        b.run_until("kick", limit=10.0)
