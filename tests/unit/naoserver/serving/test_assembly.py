@@ -110,7 +110,7 @@ def test_nothing_delays_the_watchdog_and_no_camera_anything_else():
     assert names == {
         "watchdog": {"watchdog"},
         "state": {"state", "motions", "walk", "paths", "places of the body", "team"},
-        "reports": {"reports", "clock"},
+        "reports": {"reports", "clock", "link"},
         "images of Camera": {"images of Camera"},
         "images of CameraBottom": {"images of CameraBottom"},
     }
