@@ -173,7 +173,9 @@ def never_tried(document: Document, file: Path, plan: Plan) -> NeverTried | None
     if kept.is_file() and kept.stat().st_mtime >= file.stat().st_mtime:
         tried |= _swept(kept)
     count, total = untried_failures(_planned(file, Plan(scene=plan.scene)), tried)
-    sweep = f"visualhfsm sweep {file.name}" + " --again" * kept.is_file()
+    here = Path.cwd()
+    name = file.relative_to(here) if file.is_relative_to(here) else file.name
+    sweep = f"visualhfsm sweep {name}" + " --again" * kept.is_file()
     try:
         optional("visualhfsm_trials", "visualhfsm[trials]")
     except NotInstalledError as error:
