@@ -18,7 +18,7 @@ HUNG: Final = "hung"
 
 _STILL: Final = 2.0
 """Seconds at the end in which a robot that was stopped does not move."""
-_IDLE: Final = 3.0
+_IDLE: Final = 2.5
 """Seconds without a cycle of any automaton after which a behavior hangs, and as many for each failed call.
 
 That is more than the limit of a call.
