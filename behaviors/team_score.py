@@ -204,7 +204,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     others = ()  # when and where it saw other robots
     seen_to = -1.0  # the time of the newest look that has corrected where the robot is
     awake = 0.0  # when that came
-    failed, fails = 0, ()  # the newest walk in which a joint did not follow, and when that was of late
+    failed = -SURE  # when a joint did not follow in a walk
     searches = False  # whether it looks round for the ball
     held = None  # where the ball lay when another robot stood in its way, or stopped it
     aside = 0.0  # rad by which it is kicked past that robot
@@ -293,14 +293,17 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return -ball
 
     def is_standing(self):
-        """Return whether no walk is on its way. Raises RobotError once joints did not follow thrice: no more steps."""
+        """Return whether no walk to a place is on its way."""
+        return self.Walk.getWalkState().status is not ActionStatus.Moving
+
+    def step_back(self):
+        """Walk back from what holds it up. Raises RobotError if a joint did not follow twice in a row: no more steps."""
         walk, now = self.Walk.getWalkState(), self.clock.now()
-        if walk.status is ActionStatus.Failed and walk.count != self.failed:
-            self.failed = walk.count
-            self.fails = [*(at for at in self.fails if now - at < 10.0), now]
-            if len(self.fails) > 2:
+        if walk.status is ActionStatus.Failed:
+            if now - self.failed < 10.0:
                 raise RobotError(walk.message)
-        return walk.status is not ActionStatus.Moving
+            self.failed = now
+        self.Walk.walkTo(-0.3, 0.0, 0.0)
 
     def is_still(self):
         """Return whether the newest picture is from a head that was still: from one that turns it shows less."""
@@ -924,7 +927,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def state_orient():
             nonlocal corner, knows, moves, stands, there
             # <code 3.7>
-            moves = not self.is_standing() or self.Postures.getPostureState().status is ActionStatus.Moving
+            moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
             if not moves and not stands:
                 stands = True
                 self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
@@ -951,7 +954,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         def entry_back():
             # <entry 3.8>
-            self.Walk.walkTo(-0.3, 0.0, 0.0)
+            self.step_back()
             # </entry 3.8>
 
         def state_back():
@@ -1038,7 +1041,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
         def guard_held():
-            return self.is_standing() and self.Walk.getWalkState().status is not ActionStatus.Done  # <trigger 3.14/>
+            return self.Walk.getWalkState().status in (ActionStatus.Stopped, ActionStatus.Failed)  # <trigger 3.14/>
 
         transition_14 = Transition("held", state_2, state_8, id=14, priority=3, guard=guard_held)
 

@@ -109,6 +109,7 @@ def test_a_part_is_found_by_keys_fails_is_seen_and_heals_while_the_run_goes_on(
         "Joints and motors",
         "Senses, lights and voice",
         "Cameras",
+        "Server and network",
     ]  # nothing pulls at a fake robot
     shown.type("knee")
     expect(section.locator("[role=option]")).to_have_text(["LKneePitch", "RKneePitch"])

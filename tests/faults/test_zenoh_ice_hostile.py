@@ -35,6 +35,8 @@ from zenoh_ice.threads.limits import Limits
 TARGET = Target("nao", "Calculator")
 PREFIX = TARGET.key("")
 INPUTS = repeated(150, soak=3000)
+AT_ONCE = 30
+"""Calls that are asked before the first is answered: a servant lets 64 wait, and refuses others unread."""
 
 PAYLOADS = [
     msgpack.packb({"a": 1.0, "b": 2.0}),
@@ -141,6 +143,10 @@ class TestServer:
             payload = hostile.next_input([msgpack.packb({"position": 1.0})])
             attachment = hostile.choose((None, hostile.next_input([UNLIMITED])))
             asked.append(intruder.begin_to_ask(hostile.choose(keys), payload, attachment))
+            if len(asked) == AT_ONCE:
+                for replies in asked:
+                    list(replies)
+                asked.clear()
         for replies in asked:
             list(replies)
         intruder.session.put("nao/Gripper/move", msgpack.packb({"position": 66.0}))

@@ -41,6 +41,7 @@ ELSEWHERE: Final = {
     r"export|ros2": "ROS is not installed; test_ros_zenoh_peer talks with its wire format",
     r"visualhfsm (match|tournament)": "takes minutes; test_match plays one",
     r"visualhfsm trials behaviors/score": "takes half an hour; test_football_trials runs some of its trials",
+    r"nao watch Body @what-if": "goes on until Ctrl-C; test_nao_command watches for some seconds",
     r"zenohd": "a router that is not ours is not installed",
 }
 """Why a command of a page does not run here."""
