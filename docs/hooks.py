@@ -62,7 +62,7 @@ _REFUSED: Final = "Refused: "
 """How that of an operation begins that always fails."""
 _FENCE: Final = re.compile(r"^(```\w+) .+$", re.M)
 """The opening of a code block with words for the tests after its language, such as `xml fragment`."""
-_LINK: Final = re.compile(r"(!?)\[((?:`[^`]*`|[^\]])*)\]\(([^)#\s]+)(#[^)]*)?\)")
+_LINK: Final = re.compile(r"(!?)\[((?:`[^`]*`|[^\]`])*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:

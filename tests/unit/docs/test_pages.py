@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 import typer
 
@@ -45,3 +47,11 @@ def test_every_option_of_codegen_is_explained() -> None:
     assert {
         name for name in options - {"--help"} if f"`{name}" not in text and f" {name}" not in text
     } == set()
+
+
+def test_links_out_of_the_site_become_paths_whatever_stands_before_them() -> None:
+    hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
+    page = SimpleNamespace(file=SimpleNamespace(generated_by=None, src_uri="how-to/x.md"))
+    text = "[`--far`](#far) and `near`\n\n[a](lab.md#b) `c` [d](../../interfaces/motions.idl)"
+    turned = hooks.on_page_markdown(text, page, None, None)
+    assert turned == text.replace("[d](../../interfaces/motions.idl)", "d (`interfaces/motions.idl`)")
